@@ -4,8 +4,8 @@ By default, the keys of an object are its field names. A class whose keys differ
 names defines a method ``json_form`` that returns the keys in order. Rules for all classes:
 
 - amplitudes are written as ``0.5`` if they are keys; NaN is written as null;
-- field names of result classes, and strings of the class `OurName`, are converted to names for the
-  stimulus quantity of the data;
+- field names of result classes (except keys of the class `Unchanged`), and strings of the class
+  `OurName`, are converted to names for the stimulus quantity of the data;
 - keys of plain mappings are not converted, because they are names of participants, files or
   groups, or names chosen by another package.
 """
@@ -35,8 +35,14 @@ class HasJsonForm(Protocol):
         ...
 
 
+class Unchanged(str):
+    """A key that is not converted, such as ``levels`` for the levels of a factor."""
+
+    __slots__ = ()
+
+
 class OurName(str):
-    """A string that contains a field name or unit used by Slipscale."""
+    """Field names used by Slipscale, separated by spaces."""
 
     __slots__ = ()
 
@@ -53,7 +59,7 @@ def form(value: object, named: Callable[[str], str] = str) -> Json:
     ----------
     named : callable
         Function that returns the JSON key for a field name, such as
-        `slipscale.stimuli.quantity.Quantity.key`.
+        `slipscale.stimuli.quantity.Quantity.named`.
 
     Raises
     ------
@@ -68,7 +74,7 @@ def form(value: object, named: Callable[[str], str] = str) -> Json:
     if isinstance(value, np.generic):
         return form(value.item())
     if isinstance(value, OurName):
-        return named(value)
+        return " ".join(map(named, value.split(" ")))
     # Checked before `json_form`, because looking up a method of a million numbers is slow.
     if value is None or isinstance(value, str | int | float):
         return None if isinstance(value, float) and not math.isfinite(value) else value
@@ -76,9 +82,9 @@ def form(value: object, named: Callable[[str], str] = str) -> Json:
         found = value.json_form()
         if not isinstance(found, Mapping):
             return form(found, named)
-        value = {named(name): inner for name, inner in found.items()}
+        value = _named(found, named)
     elif is_dataclass(value) and not isinstance(value, type):
-        value = {named(name): inner for name, inner in renamed(value).items()}
+        value = _named(renamed(value), named)
     if isinstance(value, Mapping):
         return {
             f"{key:g}" if isinstance(key, float) else str(key): form(inner, named)
@@ -87,6 +93,13 @@ def form(value: object, named: Callable[[str], str] = str) -> Json:
     if isinstance(value, list | tuple):
         return [form(inner, named) for inner in value]
     raise TypeError(f"{type(value).__name__}: not a result")
+
+
+def _named(record: Mapping[str, object], named: Callable[[str], str]) -> dict[str, object]:
+    return {
+        name if isinstance(name, Unchanged) else named(name): inner
+        for name, inner in record.items()
+    }
 
 
 def _has_json_form(value: object) -> TypeGuard[HasJsonForm]:

@@ -1,7 +1,7 @@
 """Read a data set from a folder or a table.
 
 Slipscale reads BIDS data sets written by `slipscale.experiments.dataset.bids`, and tidy tables with
-``participant_id``, ``amplitude_um_pp`` and ``estimate``. Rows are never dropped silently: practice,
+``participant_id``, ``level`` and ``estimate``. Rows are never dropped silently: practice,
 voided and unanswered trials are counted, and invalid cells are reported with file and line.
 """
 
@@ -230,11 +230,12 @@ def _divided(
 def _load_table(path: Path, mapping: TableMapping) -> Dataset:
     problems = Problems()
     cells = mapping.table
-    figures = (*ESTIMATION.required, *ESTIMATION_NUMBERS)
+    ours = {PLATE_AMPLITUDE.named(name): name for name in ESTIMATION.required}
+    figures = (*ours, *ESTIMATION_NUMBERS)
     words = (*IDENTITY, *ESTIMATION.words, BLOCK)
     frame, source = read_table(
         path,
-        required=(PARTICIPANT, *ESTIMATION.required, *cells.only),
+        required=(PARTICIPANT, *ours, *cells.only),
         numbers=figures,
         words=(*words, *(column for column in cells.only if column not in (*figures, *words))),
         identifier=PARTICIPANT,
@@ -242,7 +243,7 @@ def _load_table(path: Path, mapping: TableMapping) -> Dataset:
         decimal=cells.decimal,
         sheet=cells.sheet,
     )
-    frame = chosen(frame, cells.only, path)
+    frame = chosen(frame, cells.only, path).rename(columns=ours)
     _refuse_another_unit(frame, path)
     answers_read = clean_estimates(in_order(frame, problems), [source], problems)
     table = ForeignTable(
@@ -308,7 +309,7 @@ def _by_hand(path: Path, table: ForeignTable, problems: Problems, quantity: Quan
 
 def _refuse_another_unit(frame: pd.DataFrame, path: Path) -> None:
     """Raise `UserError` if amplitudes are too small, for example given in m instead of µm."""
-    _, given = as_numbers(frame["amplitude_um_pp"])
+    _, given = as_numbers(frame["level"])
     vanishing = given[(given > 0) & (given.round(AMPLITUDE_DECIMALS) == 0)]
     if len(vanishing):
         raise UserError(

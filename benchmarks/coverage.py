@@ -84,7 +84,7 @@ def study(
             zero = a == AMPLITUDES[0] and rng.random() < zeros
             rows.append((f"p{who:02d}", a, 0.0 if zero else np.exp(rng.normal(log, SD_TRIAL))))
             before = float(a)
-    frame = pd.DataFrame(rows, columns=["participant_id", "amplitude_um_pp", "normalised"])
+    frame = pd.DataFrame(rows, columns=["participant_id", "level", "normalised"])
     frame["participant_id"] = frame["participant_id"].astype("category")
     return prepare(frame.assign(session="", run="1"), AnalysisChoices())
 
@@ -180,7 +180,7 @@ def icc(rng: np.random.Generator, n: int) -> bool | None:
     frame = pd.DataFrame(
         {
             "participant_id": pd.Categorical([f"p{i:02d}" for i in who.ravel()]),
-            "amplitude_um_pp": AMPLITUDES[what.ravel()],
+            "level": AMPLITUDES[what.ravel()],
             "normalised": np.exp(logs.ravel()),
         }
     )
@@ -260,15 +260,15 @@ def half_yes(measure: Measure) -> Trial:
         steps = pd.DataFrame(
             {
                 "participant_id": who,
-                "amplitude_before_um_pp": 2.0,
-                "amplitude_um_pp": 2.0 - removed,
+                "level_before": 2.0,
+                "level": 2.0 - removed,
                 "difference_felt": felt.astype(float),
             }
         )
         found = psychometric(steps, 0.95, measure)
         if not found or found.half_yes_interval is None:
             return None
-        return holds(found.half_yes_interval, 0.5 if measure == "removed_um_pp" else 0.25)
+        return holds(found.half_yes_interval, 0.5 if measure == "removed_level" else 0.25)
 
     return once
 
@@ -281,7 +281,7 @@ def own_threshold(rng: np.random.Generator, n: int) -> bool | None:
     if len(sizes) < TRIALS_FOR_OWN:
         return None
     found = fit_threshold(answers, method="yes_no", curve="logistic")
-    return holds(found.threshold_um_pp.interval, 0.5) if found else None
+    return holds(found.threshold_level.interval, 0.5) if found else None
 
 
 def share(p: float, answers: int, alike: float) -> Trial:
@@ -313,7 +313,7 @@ COVERAGE: dict[str, Trial] = {
     "proportion of “yes” .9, one answer each": share(0.9, 1, 0.3),
     "exponent difference between two groups of n, Welch": group_gap,
     "two groups of n, Hedges' g, SDs 1.2 and 0.8": group_effect_size,
-    "50 % “yes” point, Fieller, 4 sizes, 3 answers each": half_yes("removed_um_pp"),
+    "50 % “yes” point, Fieller, 4 sizes, 3 answers each": half_yes("removed_level"),
     "individual threshold, 4 sizes, n answers each (one participant)": own_threshold,
     "proportion of “yes” .5, 10 answers each, correlation .3": share(0.5, 10, 0.3),
     "proportion of “yes” .9, 10 answers each, correlation .3": share(0.9, 10, 0.3),
@@ -326,7 +326,7 @@ ERRORS: dict[str, Trial] = {
     "declared equivalent at the bound, one pair": equal_errs,
     "growth in two groups of n, mixed ANOVA": group_errs,
     "drift in the presence of carry-over": order_errs("log_slope_per_trial", carry=0.3),
-    "carry-over in the presence of drift": order_errs("log_slope_per_um_pp_before", drift=0.05),
+    "carry-over in the presence of drift": order_errs("log_slope_per_level_before", drift=0.05),
 }
 
 

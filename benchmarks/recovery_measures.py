@@ -84,7 +84,7 @@ class Case:
     each: int  # Number of participants per study.
     measure: Callable[[Dataset, Case, int], list[Row]]
     intervals: int = 2
-    standard_um_pp: float = STANDARD_UM_PP
+    standard_level: float = STANDARD_UM_PP
 
 
 def row(what: str, unit: str, found: Iterable[tuple[float, bool | None] | None]) -> Row:
@@ -123,15 +123,15 @@ def measure_thresholds(data: Dataset, case: Case, runs: int) -> list[Row]:
     for number in range(1, runs + 1):
         noise = truths.own_noise(case.people, SEED, label(number))
         rows = rows_of[f"sub-{label(number)}"]
-        answers = Answers.of_trials(rows["level_um_pp"].tolist(), rows["correct"].tolist())
+        answers = Answers.of_trials(rows["track_level"].tolist(), rows["correct"].tolist())
         curve = CURVE_OF.get(method, "weibull")
         ours.append(fit_threshold_by_posterior(answers, method=method, curve=curve))
         true.append(
-            truths.comparison(case.people, noise, case.standard_um_pp)
+            truths.comparison(case.people, noise, case.standard_level)
             if two_sided
-            else truths.forced_choice(case.people, noise, case.standard_um_pp, case.intervals)
+            else truths.forced_choice(case.people, noise, case.standard_level, case.intervals)
         )
-    places = [case.standard_um_pp if two_sided else each.level_um_pp for each in true]
+    places = [case.standard_level if two_sided else each.track_level for each in true]
     name, unit = ("equality", "µm") if two_sided else ("threshold", "decades")
     shown = [
         row(
@@ -167,7 +167,7 @@ def _threshold(
 ) -> tuple[float, bool | None] | None:
     if isinstance(one, NotComputed):
         return None
-    return compared(one.threshold_um_pp.value, one.threshold_um_pp.interval, truth, log=log)
+    return compared(one.threshold_level.value, one.threshold_level.interval, truth, log=log)
 
 
 def _slope(
@@ -181,26 +181,26 @@ def _slope(
 def _weber(
     one: PsychometricFunction | NotComputed, truth: truths.Threshold, case: Case
 ) -> tuple[float, bool | None] | None:
-    found = one if isinstance(one, NotComputed) else weber_fraction(one, case.standard_um_pp)
+    found = one if isinstance(one, NotComputed) else weber_fraction(one, case.standard_level)
     if not found:
         return None
-    part = truth.level_um_pp / case.standard_um_pp
+    part = truth.track_level / case.standard_level
     return compared(found.value, found.interval, part, log=True)
 
 
 def _typical(case: Case, *, two_sided: bool) -> float:
     """Return the population's threshold: the geometric mean of many people's thresholds."""
     if two_sided:
-        return case.standard_um_pp
+        return case.standard_level
     sigma = case.people.threshold_sigma
     logs = [
         np.log(
             truths.forced_choice(
                 case.people,
                 case.people.noise * float(np.exp(sigma * z)),
-                case.standard_um_pp,
+                case.standard_level,
                 case.intervals,
-            ).level_um_pp
+            ).track_level
         )
         for z in np.linspace(-2.5, 2.5, 21)
     ]
@@ -213,17 +213,17 @@ def _population(rows: pd.DataFrame, truth: float, method: str) -> tuple[float, b
     found = population_threshold(rows, AnalysisChoices(), method=method, curve=curve)
     if not found:
         return None
-    estimate = found.threshold_um_pp
+    estimate = found.threshold_level
     return compared(estimate.value, estimate.interval, truth, log=method != COMPARED)
 
 
 def _catches(catches: pd.DataFrame, case: Case, *, two_sided: bool) -> Row:
     """Return a row for catch trials: their answers, minus the expected proportion."""
-    yes_no = two_sided and bool((catches["level_um_pp"] == catches["standard_um_pp"]).all())
+    yes_no = two_sided and bool((catches["track_level"] == catches["standard_level"]).all())
     lapses = case.people.habits.lapses
     right = catches["correct"].to_numpy(bool)
     if two_sided and not yes_no:
-        right = right == (catches["level_um_pp"] > catches["standard_um_pp"]).to_numpy()
+        right = right == (catches["track_level"] > catches["standard_level"]).to_numpy()
     expected = 0.5 if yes_no else 1 - lapses + lapses / case.intervals
     said = "“yes” to the standard itself" if yes_no else "catch trials right"
     return row(
@@ -308,8 +308,8 @@ def measure_matching(data: Dataset, case: Case, runs: int) -> list[Row]:
         for sign in (1, -1)
     }
     true = {
-        "bias_um_pp": (ends[1] + ends[-1]) / 2 - float(reference),
-        "direction_um_pp": ends[-1] - ends[1],
+        "bias_level": (ends[1] + ends[-1]) / 2 - float(reference),
+        "direction_level": ends[-1] - ends[1],
     }
     found: dict[str, list[tuple[float, bool | None] | None]] = {name: [] for name in true}
     for own in _studies(data.trials["matches"], case.each, runs):
@@ -323,7 +323,7 @@ def measure_matching(data: Dataset, case: Case, runs: int) -> list[Row]:
                 if isinstance(mean, MeanOverParticipants)
                 else None
             )
-    titles = {"bias_um_pp": "constant error", "direction_um_pp": "from above minus from below"}
+    titles = {"bias_level": "constant error", "direction_level": "from above minus from below"}
     return [row(titles[name], "µm", each) for name, each in found.items()]
 
 

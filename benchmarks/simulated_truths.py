@@ -33,7 +33,7 @@ WEIBULL_DENSITY = math.log(2) / 2
 class Threshold(NamedTuple):
     """A person's level half-way between guessing and the best performance, and the slope there."""
 
-    level_um_pp: float
+    track_level: float
     slope: float
 
 
@@ -67,38 +67,38 @@ def _half_way(intervals: int) -> tuple[float, float]:
 
 
 def forced_choice(
-    people: Population, noise: float, standard_um_pp: float, intervals: int
+    people: Population, noise: float, standard_level: float, intervals: int
 ) -> Threshold:
     """Return the difference for which `share_found` is 0.5, and the Weibull function's slope."""
     mean = curves(people).mean
     half, rise = _half_way(intervals)
-    start = mean(standard_um_pp)
-    top = people.levels[-1] - standard_um_pp
+    start = mean(standard_level)
+    top = people.levels[-1] - standard_level
     level = optimize.brentq(
-        lambda more: (mean(standard_um_pp + more) - start) / noise - half, 1e-6, top
+        lambda more: (mean(standard_level + more) - start) / noise - half, 1e-6, top
     )
-    steepness = (mean(standard_um_pp + 1.01 * level) - mean(standard_um_pp + 0.99 * level)) / noise
+    steepness = (mean(standard_level + 1.01 * level) - mean(standard_level + 0.99 * level)) / noise
     return Threshold(level, rise * steepness / 0.02 / WEIBULL_DENSITY)
 
 
-def comparison(people: Population, noise: float, standard_um_pp: float) -> Threshold:
+def comparison(people: Population, noise: float, standard_level: float) -> Threshold:
     """Return half the distance between the quartiles, and the slope at the standard."""
     mean = curves(people).mean
-    start = mean(standard_um_pp)
+    start = mean(standard_level)
     ends = [
         optimize.brentq(
-            lambda more, z=z: (mean(standard_um_pp + more) - start) / noise - z, -0.6, 0.6
+            lambda more, z=z: (mean(standard_level + more) - start) / noise - z, -0.6, 0.6
         )
         for z in stats.norm.ppf([0.25, 0.75])
     ]
-    slope = (mean(standard_um_pp + 0.001) - mean(standard_um_pp - 0.001)) / 0.002 / noise
+    slope = (mean(standard_level + 0.001) - mean(standard_level - 0.001)) / 0.002 / noise
     return Threshold((ends[1] - ends[0]) / 2, slope)
 
 
-def chosen_over(people: Population, surfaces_um_pp: Sequence[float]) -> Array:
+def chosen_over(people: Population, surfaces_level: Sequence[float]) -> Array:
     """Return how often the population chooses the row's surface over the column's."""
     noise = _noises(people)
-    seemed = np.array([curves(people).mean(each) for each in surfaces_um_pp])
+    seemed = np.array([curves(people).mean(each) for each in surfaces_level])
     apart = seemed[:, None] - seemed[None, :]
     share = stats.norm.cdf(apart[:, :, None] / noise).mean(axis=2)
     lapses = people.habits.lapses
@@ -106,12 +106,12 @@ def chosen_over(people: Population, surfaces_um_pp: Sequence[float]) -> Array:
 
 
 def second_step_larger(
-    people: Population, surfaces_um_pp: Sequence[float]
+    people: Population, surfaces_level: Sequence[float]
 ) -> dict[tuple[int, int, int], float]:
     """Return how often the second step in a triad is judged larger, keyed by the triad."""
     rng = np.random.default_rng(1)
     each = _noises(people) / math.sqrt(2)
-    mean = [curves(people).mean(surface) for surface in surfaces_um_pp]
+    mean = [curves(people).mean(surface) for surface in surfaces_level]
     found = {}
     for triad in combinations(range(len(mean)), 3):
         first, second, third = (mean[place] + each * rng.standard_normal(MANY) for place in triad)
@@ -122,15 +122,15 @@ def second_step_larger(
 
 
 def matched(
-    people: Population, reference_um_pp: float, *, sign: int, nearest: float, furthest: float
+    people: Population, reference_level: float, *, sign: int, nearest: float, furthest: float
 ) -> float:
     """Return the mean amplitude at which adjustment from below (1) or above (-1) stops."""
     rng = np.random.default_rng(2)
     noise = _noises(people)
     table = np.arange(0, 2.31, 0.01)
     mean = np.array([curves(people).mean(float(each)) for each in table])
-    at = reference_um_pp - sign * rng.uniform(nearest, furthest, MANY)
-    target = mean[round(100 * reference_um_pp)]
+    at = reference_level - sign * rng.uniform(nearest, furthest, MANY)
+    target = mean[round(100 * reference_level)]
     seems = _seeming(mean, noise, rng)
     way = np.where(seems(at) < target, 1, -1)
     going = np.ones(MANY, dtype=bool)
@@ -142,9 +142,9 @@ def matched(
 
 
 def _seeming(mean: Array, noise: Array, rng: np.random.Generator) -> Callable[[Array], Array]:
-    def seems(at_um_pp: Array) -> Array:
-        felt = np.round(100 * at_um_pp).astype(int)
-        return np.asarray(mean[felt] + noise * rng.standard_normal(len(at_um_pp)))
+    def seems(at_level: Array) -> Array:
+        felt = np.round(100 * at_level).astype(int)
+        return np.asarray(mean[felt] + noise * rng.standard_normal(len(at_level)))
 
     return seems
 

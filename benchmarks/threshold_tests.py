@@ -59,8 +59,8 @@ def decisions(study: ProtocolStudy, population: Population, people: int, seed: i
         for hand in HANDS:
             part = own[own["hand"] == hand].reset_index(drop=True)
             answers.append(read_answers(study, part))
-            levels = part.rename(columns={marks[0]: "level_um_pp"})
-            choices = told_choices(levels.astype({"level_um_pp": float}), marks)
+            levels = part.rename(columns={marks[0]: "track_level"})
+            choices = told_choices(levels.astype({"track_level": float}), marks)
             names = {"participant_id": f"sub-{number:02d}", "session": "", "factor: hand": hand}
             trials.append(choices.assign(**names))
     method = next(each.method for each in answers if each)

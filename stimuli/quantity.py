@@ -2,7 +2,7 @@
 
 A level is a value of this quantity. `Quantity` provides its name and unit for files, tables,
 sentences and axis labels. Fixed text contains placeholders, such as ``"pairs of {q.levels}"``. For
-the names of fields in files, see `slipscale.stimuli.field_names`.
+the names of fields in files, see `slipscale.stimuli.level_names`.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from slipscale.stimuli.attributes import SLIPPERINESS, english_adjective
-from slipscale.stimuli.field_names import in_um
+from slipscale.stimuli.level_names import in_file
 from slipscale.stimuli.yes_no_words import STEPS, YesNoWords
 
 if TYPE_CHECKING:
@@ -22,16 +22,14 @@ if TYPE_CHECKING:
 DIGITS = 9
 #: Default word for the judged property.
 UNNAMED = "magnitude"
-#: Parts of field and column names that depend on the quantity.
-IN_NAME = re.compile(r"amplitude_um_pp|um_pp|(?<=_)um$|amplitudes?")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Quantity:
     """Physical quantity that varies between stimuli, and the words used for it in reports.
 
-    In the analysis, the column of levels is always called ``amplitude_um_pp``. In files, this
-    column has the name ``column``.
+    In the code, the column of levels is always called ``level``. In files, this column has the name
+    ``column``.
 
     Parameters
     ----------
@@ -50,9 +48,9 @@ class Quantity:
     stimulus, stimuli : str
         Noun for a stimulus with this quantity, in the singular and the plural.
     noun, nouns : str
-        Nouns that replace ``amplitude`` and ``amplitudes`` in column names and keys of files.
+        Nouns for one and several levels in column names and keys of files.
     suffix : str
-        Suffix that replaces ``um_pp`` in column names and keys of files (default: ``column``).
+        Unit at the end of column names and keys of files (default: ``column``).
     yes : str
         Answer that corresponds to "yes" in the data, such as "faster".
     falls : bool
@@ -214,45 +212,18 @@ class Quantity:
         unit = self.unit or f"unit of {self.name}"
         return f"per {unit} ({self.convention})" if self.convention else f"per {unit}"
 
-    def key(self, name: str) -> str:
-        """Return the name of a field or column in files with levels in this quantity.
-
-        >>> loudness = Quantity(name="pressure", unit="Pa", column="pressure_Pa", judged="loudness")
-        >>> loudness.key("from_um_pp"), loudness.key("amplitude"), PLATE_AMPLITUDE.key("amplitude")
-        ('from_pressure_Pa', 'stimulus', 'amplitude')
-        """
-        if self.of_plate:
-            return name
-        words = {
-            "amplitude": self.noun,
-            "amplitudes": self.nouns,
-            "amplitude_um_pp": self.column,
-        }
-        return IN_NAME.sub(lambda found: words.get(found[0], self.suffix or self.column), name)
-
-    def in_um(self, column: str) -> str:
-        """Convert the name of a column in this quantity to its name in a file with levels in µm.
-
-        >>> voltage = made_by_plate("voltage", "V", "peak")
-        >>> [voltage.in_um(name) for name in ("voltage_v_peak", "standard_v_peak", "trial")]
-        ['amplitude_um_pp', 'standard_um_pp', 'trial']
-        """
-        stem = column.removesuffix(f"_{self.suffix}")
-        if not self.suffix or stem == column:
-            return column
-        return re.sub(rf"^(interval\d+_)?{self.noun}(?=_|$)", r"\1amplitude", stem) + "_um_pp"
-
     def named(self, name: str) -> str:
         """Convert a name in the code to the name in files whose levels are in this quantity.
 
         >>> PLATE_AMPLITUDE.named("standard_level")
         'standard_um_pp'
         """
-        return self.key(in_um(name))
+        return in_file(self)[name]
 
     def columns(self, table: pd.DataFrame) -> pd.DataFrame:
         """Return the table with its columns renamed for a file in this quantity."""
-        return table.rename(columns=lambda name: self.key(str(name)))
+        names = in_file(self)
+        return table.rename(columns=lambda name: names[str(name)])
 
     def with_convention(self, levels: str) -> str:
         """Append the unit and convention to levels, as in "0.5, 1.2 µm (peak to peak)"."""

@@ -95,8 +95,7 @@ def _scripts(analysis: Analysis, report: Path) -> list[str]:
         text = (
             files("slipscale.analysis.export").joinpath("scripts", name).read_text(encoding="utf-8")
         )
-        named = analysis.dataset.quantity.key(text)  # the columns used by the script
-        report.with_name(name).write_text(named, encoding="utf-8", newline="\n")
+        report.with_name(name).write_text(text, encoding="utf-8", newline="\n")
     return [*scripts, "numbers.csv", "settings.csv", *(f"{name}.csv" for name in trials)]
 
 

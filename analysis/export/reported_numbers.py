@@ -14,9 +14,10 @@ from slipscale.analysis.tasks.effects.groups.statistics import membership
 from slipscale.analysis.tasks.effects.sessions.statistics import SESSIONS
 from slipscale.analysis.tasks.kind import Analysis
 from slipscale.experiments.dataset.schema import PARTICIPANT
+from slipscale.stimuli.level_names import path_in_file
 
-#: Unit suffixes to remove from the names in inference.json.
-PER_UNIT, UNIT = re.compile(r"per_um(_pp)?\b"), re.compile(r"_um(_pp)?\b")
+#: Parts of the names of results that contain the unit in inference.json, and are omitted.
+PER_UNIT, UNIT = re.compile(r"per_level\b"), re.compile(r"(?<!\bof)_levels?\b")
 #: Results that cannot be recomputed from the files: verbal coding and squeeze-film predictions.
 LEFT_OUT = re.compile(
     r"\.verbal_reports\.|\.finding\.|^growth\.(friction|individual)\.|covariance|^normalisation\."
@@ -38,9 +39,12 @@ def reported_numbers(analysis: Analysis) -> pd.DataFrame:
         "individuals": _exponents(analysis),
     }
     inference = json_form.record(analysis.inference.results)
-    named = analysis.dataset.quantity.key
+    quantity = analysis.dataset.quantity
     found = [
-        (named(LEVEL.sub("ci", UNIT.sub("", PER_UNIT.sub("per_unit", name)))), value)
+        (
+            path_in_file(LEVEL.sub("ci", UNIT.sub("", PER_UNIT.sub("per_unit", name))), quantity),
+            value,
+        )
         for name, value in _numbers({**inference, **json_form.record(parts)})
         if not LEFT_OUT.search(name)
     ]
@@ -63,7 +67,14 @@ def _exponents(analysis: Analysis) -> dict[str, dict[str, float]]:
 
 
 #: Levels, which are inputs and not results.
-GIVEN = re.compile(r"(^|\.)(amplitude|from|to|removed|amplitudes|reduction)(_um_pp)?(\.[\d.]+)?$")
+GIVEN = re.compile(
+    r"(^|\.)((level|from_level|to_level|removed_level|of_levels|reduction)(\.[\d.]+)?|levels\.[\d.]+)$"
+)
+#: Columns of levels that the script reads.
+COLUMNS = (
+    *("track_level", "standard_level", "reference_level", "matched_level", "comparison_level"),
+    "produced_level",
+)
 
 
 def _numbers(value: Json, name: str = "") -> Iterator[tuple[str, float]]:
@@ -80,13 +91,14 @@ def _numbers(value: Json, name: str = "") -> Iterator[tuple[str, float]]:
 def settings(analysis: Analysis) -> pd.DataFrame:
     """Return the analysis choices and the names of level columns as ``name``-``value`` pairs."""
     data, choices = analysis.dataset, analysis.dataset.choices
-    named, stepped = data.quantity.key, data.quantity.stepped
+    named, stepped = data.quantity.named, data.quantity.stepped
     found = {
         "level": data.quantity.column,
-        "before": named("amplitude_before_um_pp") if stepped else data.quantity.column,
+        "before": named("level_before") if stepped else data.quantity.column,
         "after": data.quantity.column if stepped else "reference",
+        **{name: named(name) for name in (*COLUMNS, "of_level")},
         "answer": "difference_felt" if stepped else "yes",
-        "weber_base": named("amplitude_before_um_pp") if stepped else "reference",
+        "weber_base": named("level_before") if stepped else "reference",
         "confidence": f"{choices.confidence!r}",
         "zero_rule": choices.zero_rule,
         "standard_deviation": choices.standard_deviation,

@@ -109,7 +109,7 @@ Fit = tuple[dict[str, "Any"], str]
 def _variance(_: Analysis, trials: pd.DataFrame, found: Mapping[str, Any]) -> Fit:
     """Estimate the variance between people and, if trials are repeated, between trials."""
     deviates = _deviates(trials)
-    who, what = trials[PARTICIPANT].astype(str), trials["amplitude_um_pp"]
+    who, what = trials[PARTICIPANT].astype(str), trials["level"]
     cells = deviates.groupby([who, what]).mean().unstack()  # noqa: PD010 - the index is made
     counts = deviates.groupby([who, what]).count().to_numpy()
     values: dict[str, Any] = {}
@@ -145,7 +145,7 @@ def _deviates(trials: pd.DataFrame) -> pd.Series[float]:
     """Rank the estimates at each amplitude, and convert the ranks to standard normal deviates."""
     from scipy.special import ndtri  # noqa: PLC0415 - takes a second to import
 
-    by = trials.groupby("amplitude_um_pp", observed=True)["normalised"]
+    by = trials.groupby("level", observed=True)["normalised"]
     ranks, counts = by.rank(), by.transform("count")
     places: pd.Series[float] = ((ranks - 0.5) / counts).map(lambda share: float(ndtri(share)))
     return places
@@ -191,7 +191,7 @@ def _order(analysis: Analysis, trials: pd.DataFrame, _found: Mapping[str, Any]) 
     if not order or each.min() < TRIALS_FOR_DRIFT:
         return {}, ""
     values: dict[str, Any] = {}
-    drift, before = order.log_slope_per_trial, order.log_slope_per_um_pp_before
+    drift, before = order.log_slope_per_trial, order.log_slope_per_level_before
     if before and not before.interval.low < 0 < before.interval.high:
         values["habits.carry_over"] = round(before.mean, 4)
     if drift and drift.interval.high < 0:

@@ -87,9 +87,9 @@ def measures(data: Dataset, thresholds: Thresholds) -> pd.DataFrame:
             falling = np.where(falling >= rarely_falling(means.shape[1]), falling, 0.0)
         found["non_monotone"] = _indexed(falling, means)
         # With few amplitudes, one number per amplitude is not suspicious.
-        levels = by["amplitude_um_pp"].nunique()
+        levels = by["level"].nunique()
         found["constant"] = by["estimate"].nunique().where(levels > FEW_LEVELS)
-        felt = trials[trials["amplitude_um_pp"] > 0]
+        felt = trials[trials["level"] > 0]
         found["zeros"] = _share(felt, felt["estimate"] == 0)
         found["fast"] = _share(trials, trials["response_time"] < thresholds.fast_s)
         found = found.join(_patterns(trials, thresholds))
@@ -138,14 +138,14 @@ def _patterns(trials: pd.DataFrame, thresholds: Thresholds) -> pd.DataFrame:
     """
     positive = trials[trials["estimate"] > 0]
     condition = positive.groupby(factor_columns(positive) or PARTICIPANT, observed=True).ngroup()
-    positive = positive.assign(amplitude_um_pp=items(positive).astype(float))
+    positive = positive.assign(level=items(positive).astype(float))
     logs = log_cell_means(positive)
     columns: dict[str, pd.Series[float]] = {}
     if not len(positive):
         return pd.DataFrame(columns)
     work = positive.assign(log=np.log(positive["estimate"]))
     who = logs.index.get_indexer(pd.Index(work[PARTICIPANT]))
-    what = logs.columns.get_indexer(pd.Index(work["amplitude_um_pp"]))
+    what = logs.columns.get_indexer(pd.Index(work["level"]))
     people = len(logs)
     left = residuals(work, logs)
     outlying = np.abs(left) > thresholds.outlier_sd * _spreads(left, what)
@@ -192,7 +192,7 @@ def _split_half(
     people, kinds = logs.shape
     cell = who * kinds + what
     total = np.bincount(cell, minlength=people * kinds)
-    nth = work.groupby([PARTICIPANT, "amplitude_um_pp"], observed=True).cumcount().to_numpy()
+    nth = work.groupby([PARTICIPANT, "level"], observed=True).cumcount().to_numpy()
     half = (2 * nth >= total[cell]).astype(int)
     key = half * people * kinds + cell
     sums = np.bincount(key, work["log"], 2 * people * kinds)

@@ -160,7 +160,7 @@ def unequal(prepared: Prepared | None) -> list[str]:
     """Report unequal numbers of repetitions."""
     if prepared is None:
         return []
-    counts = prepared.trials.groupby([PARTICIPANT, "amplitude_um_pp"], observed=True).size()
+    counts = prepared.trials.groupby([PARTICIPANT, "level"], observed=True).size()
     if counts.min() == counts.max():
         return []
     sentence = (

@@ -74,7 +74,7 @@ class Prepared:
     ----------
     trials : DataFrame
         Analysed trials. Columns: ``normalised``; ``log``, the natural logarithm (NaN if excluded);
-        ``position`` and ``before_um_pp``, see `order_of`; ``item``, see `items`; ``repetition``,
+        ``position`` and ``before_level``, see `order_of`; ``item``, see `items`; ``repetition``,
         counted from 1 within the amplitude.
     cells : DataFrame, shape (participants, amplitudes)
         Participants' mean normalised estimates.
@@ -124,13 +124,13 @@ class Prepared:
     def without_log(self) -> frozenset[float]:
         """Amplitudes (µm peak to peak) at which the logarithm of an estimate is missing (NaN)."""
         left_out = self.trials["log"].isna()
-        return frozenset(self.trials.loc[left_out, "amplitude_um_pp"].astype(float))
+        return frozenset(self.trials.loc[left_out, "level"].astype(float))
 
 
 def order_of(trials: pd.DataFrame, shown: pd.Series[float]) -> pd.DataFrame:
     """Return the columns on the order of presentation.
 
-    ``position`` is counted from 1 within the participant. ``before_um_pp`` is the amplitude of the
+    ``position`` is counted from 1 within the participant. ``before_level`` is the amplitude of the
     run's previous trial, or NaN if there is none.
 
     Parameters
@@ -143,7 +143,7 @@ def order_of(trials: pd.DataFrame, shown: pd.Series[float]) -> pd.DataFrame:
     runs = [trials[name] for name in (PARTICIPANT, "session", "run")]
     position = trials.groupby(PARTICIPANT, observed=True, sort=False).cumcount() + 1
     before = shown.groupby(runs, observed=True).shift()
-    return pd.DataFrame({"position": position, "before_um_pp": before})
+    return pd.DataFrame({"position": position, "before_level": before})
 
 
 def prepare(
@@ -168,9 +168,9 @@ def prepare(
         if zeros
         else PositiveEstimates(values=values, sentence="")
     )
-    by_cell = estimates.groupby([PARTICIPANT, "amplitude_um_pp"], observed=True, sort=False)
+    by_cell = estimates.groupby([PARTICIPANT, "level"], observed=True, sort=False)
     if "position" not in estimates:
-        estimates = estimates.join(order_of(estimates, estimates["amplitude_um_pp"]))
+        estimates = estimates.join(order_of(estimates, estimates["level"]))
     trials = estimates.assign(
         log=np.log(positive.values),
         repetition=by_cell.cumcount() + 1,

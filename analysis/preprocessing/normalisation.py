@@ -54,9 +54,9 @@ def cell_means(trials: pd.DataFrame, column: str | list[str] = "estimate") -> pd
         Participants in rows and amplitudes (µm peak to peak) in columns, both sorted; NaN if there
         is no estimate. If ``column`` is a list, the result has one such block of columns per name.
     """
-    cells = trials.groupby([PARTICIPANT, "amplitude_um_pp"], observed=True, sort=True)
+    cells = trials.groupby([PARTICIPANT, "level"], observed=True, sort=True)
     means = cells[column].mean()
-    return pd.DataFrame(means.unstack("amplitude_um_pp"))  # noqa: PD010 - the index already exists
+    return pd.DataFrame(means.unstack("level"))  # noqa: PD010 - the index already exists
 
 
 def items(trials: pd.DataFrame) -> pd.Series[int]:
@@ -64,7 +64,7 @@ def items(trials: pd.DataFrame) -> pd.Series[int]:
 
     Trials of the same item are repetitions. Without factors, items are amplitudes.
     """
-    return trials.groupby(["amplitude_um_pp", *factor_columns(trials)], observed=True).ngroup()
+    return trials.groupby(["level", *factor_columns(trials)], observed=True).ngroup()
 
 
 def log_cell_means(trials: pd.DataFrame, column: str = "estimate") -> pd.DataFrame:

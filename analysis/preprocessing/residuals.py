@@ -24,7 +24,7 @@ def residuals(trials: pd.DataFrame, logs: pd.DataFrame) -> NDArray[np.float64]:
         Mean logarithms.
     """
     who = logs.index.get_indexer(pd.Index(trials[PARTICIPANT]))
-    what = logs.columns.get_indexer(pd.Index(trials["amplitude_um_pp"]))
+    what = logs.columns.get_indexer(pd.Index(trials["level"]))
     table = logs.to_numpy(float)
     with warnings.catch_warnings():
         # The mean is empty for participants and amplitudes without logarithms, whose trials are not

@@ -60,7 +60,7 @@ def clean_estimates(
     )
     for column in ESTIMATION.required:
         clean[column] = numbers(frame, column, sources, problems, minimum=0.0)
-    clean["amplitude_um_pp"] = told_apart(clean["amplitude_um_pp"], quantity)
+    clean["level"] = told_apart(clean["level"], quantity)
     for column in ESTIMATION_NUMBERS:
         clean[column] = _optional_numbers(frame, column, sources, problems, minimum=0.0)
     clean[BLOCK] = labels(frame, BLOCK, "")
@@ -243,7 +243,7 @@ def _in_lower_case(answers: pd.Series[Any]) -> pd.Series[Any]:
 
 def _catches(frame: pd.DataFrame, clean: pd.DataFrame, problems: Problems) -> pd.Series[bool]:
     """Identify catch steps by amplitude; report rows in which the column ``catch`` disagrees."""
-    unchanged = clean["amplitude_before_um_pp"] == clean["amplitude_um_pp"]
+    unchanged = clean["level_before"] == clean["level"]
     if "catch" in frame:
         marked = _in_lower_case(frame["catch"])
         for sentence, wrong in (

@@ -28,7 +28,7 @@ class Dataset:
     name : str
         Title of the data set.
     estimates : DataFrame
-        Trials of magnitude estimation: ``participant_id session run trial amplitude_um_pp estimate
+        Trials of magnitude estimation: ``participant_id session run trial level estimate
         response_time scale_top modulus flag timed_out faulty``, one row per answered main trial, in
         order of presentation. The table is empty if the data contain no magnitude estimates.
     answers : DataFrame
@@ -72,7 +72,7 @@ class Dataset:
     folder : Path or None
         The data set folder; None for a single table.
     quantity : Quantity
-        Quantity in the column ``amplitude_um_pp``: the plate's amplitude, or the quantity that the
+        Quantity in the column ``level``: the plate's amplitude, or the quantity that the
         data declare.
     """
 

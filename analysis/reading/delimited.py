@@ -27,6 +27,7 @@ from slipscale.experiments.journal.serialisation import QUANTITY
 from slipscale.faults import UserError
 from slipscale.faults.toml_lines import Lines as TomlLines
 from slipscale.faults.validation import faults_in, sentences
+from slipscale.stimuli.level_names import UNKNOWN, Names, in_code, in_file
 from slipscale.stimuli.quantity import PLATE_AMPLITUDE, Quantity
 from slipscale.stimuli.quantity_table import QuantityTable
 
@@ -61,10 +62,12 @@ class Problems:
     sentences: list[str] = field(default_factory=list)
     #: Names of columns in the file, keyed by Slipscale's names, if different.
     titles: Mapping[str, str] = field(default_factory=dict)
+    #: Quantity in the names of other columns.
+    quantity: Quantity = PLATE_AMPLITUDE
 
     def title(self, column: str) -> str:
         """Return the name that a column has in the file."""
-        return self.titles.get(column, column)
+        return self.titles.get(column) or self.quantity.named(column)
 
     def add(self, sentence: str) -> None:
         """Add a description of an error."""
@@ -117,6 +120,7 @@ def read_tables(
     required: Sequence[str] = (),
     columns: Sequence[str] = (),
     problems: Problems | None = None,
+    foreign: bool = False,
 ) -> tuple[pd.DataFrame, list[Source]]:
     """Read tables of one kind into a single frame.
 
@@ -135,6 +139,8 @@ def read_tables(
         count as missing in the given columns, except in `TEXT`.
     problems : Problems, optional
         Collects notes on omitted lines: empty lines and repeated headers between rows.
+    foreign : bool
+        Whether columns have the names in the files. By default, they have the names in the code.
 
     Returns
     -------
@@ -152,13 +158,22 @@ def read_tables(
     sources: list[Source] = []
     groups: dict[bytes, list[tuple[int, Lines]]] = {}
     checked: set[tuple[str, ...]] = set()
+    known = {*required, *columns}
     for number, path in enumerate(paths):
         content, source = read_source(path, root)
         sources.append(source)
-        lines = split(content, path, separator).renamed(quantity_of(path).in_um, separator)
+        lines = split(content, path, separator)
+        in_names, in_files = Names(str), Names(str)
+        if not foreign:
+            quantity = quantity_of(path)
+            in_names, in_files = in_code(quantity), in_file(quantity)
         if lines.names not in checked:
-            check_names(lines.names, path, required)
+            check_names(lines.names, path, [in_files[name] for name in required])
             checked.add(lines.names)
+        # Other columns, such as a factor's, keep their names.
+        codes = {name: in_names[name] for name in lines.names}
+        codes = {name: code for name, code in codes.items() if code.removesuffix(UNKNOWN) in known}
+        lines = lines.renamed(codes, separator)
         if problems is not None:
             for phrase in lines.left_out:
                 problems.add(f"{source.name}, {phrase}")

@@ -28,6 +28,7 @@ from slipscale.analysis.reading.dialect import decoded
 from slipscale.analysis.reading.trial_tables import set_aside
 from slipscale.experiments.dataset.schema import PARTICIPANT
 from slipscale.faults.toml_file import toml_table
+from slipscale.stimuli.level_names import in_code
 
 Entry = tuple[Path, re.Match[str]]
 Entries = Sequence[Entry]
@@ -99,11 +100,14 @@ class TaskTrials:
 IDENTITY_OF = {"sub": PARTICIPANT, "ses": "session", "task": "task", "run": "run"}
 
 
-def header_of(path: Path) -> frozenset[str]:
-    """Return a table's column names, converted to those of a table with levels in µm."""
+def header_of(path: Path, *, foreign: bool = False) -> frozenset[str]:
+    """Return a table's column names, converted to the names in the code unless it is foreign."""
     with path.open(encoding="utf-8-sig", errors="replace", newline="") as stream:
         names = next(csv.reader(stream, delimiter="\t"), [])
-    return frozenset(map(quantity_of(path).in_um, names))
+    if foreign:
+        return frozenset(names)
+    in_names = in_code(quantity_of(path))
+    return frozenset(in_names[name] for name in names)
 
 
 def kind_of(task: str, path: Path, kinds: Sequence[TaskTrials]) -> TaskTrials | None:

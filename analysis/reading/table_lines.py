@@ -7,7 +7,7 @@ lines that are not rows are omitted and reported, and the rows keep their line n
 from __future__ import annotations
 
 import csv
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
@@ -45,9 +45,9 @@ class Lines:
     places: NDArray[np.int64]
     left_out: tuple[str, ...] = ()
 
-    def renamed(self, name: Callable[[str], str], separator: str) -> Lines:
-        """Rename the columns with the function ``name``."""
-        names = tuple(map(name, self.names))
+    def renamed(self, new: Mapping[str, str], separator: str) -> Lines:
+        """Rename the columns for which ``new`` has a name."""
+        names = tuple(new.get(name, name) for name in self.names)
         if names == self.names:
             return self
         return replace(self, names=names, header=separator.join(names).encode())

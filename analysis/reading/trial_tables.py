@@ -23,6 +23,8 @@ from slipscale.experiments.dataset.schema import (
 )
 from slipscale.experiments.protocol_parts.base import Column, Protocol
 from slipscale.experiments.protocols import descending_difference, magnitude_estimation
+from slipscale.stimuli.level_names import in_code
+from slipscale.stimuli.quantity import PLATE_AMPLITUDE
 
 #: Columns that identify a run. Participant, session and run are read from file names in a data set,
 #: and from columns in other tables.
@@ -70,7 +72,8 @@ def trial_table(
     LookupError
         If the schema declares no such column.
     """
-    declared = columns(protocol, MEASURED)
+    in_names = in_code(PLATE_AMPLITUDE)
+    declared = {in_names[name]: column for name, column in columns(protocol, MEASURED).items()}
     unknown = [name for name in (*required, *optional) if name not in declared]
     if unknown:
         raise LookupError(
@@ -92,7 +95,7 @@ def free_text(declared: Mapping[str, Column]) -> tuple[str, ...]:
 
 ESTIMATION = trial_table(
     magnitude_estimation.PROTOCOL,
-    required=("amplitude_um_pp", "estimate"),
+    required=("level", "estimate"),
     optional=(
         *("trial", BLOCK, "response_time", "scale_top", "modulus"),
         COEFFICIENT,
@@ -101,7 +104,7 @@ ESTIMATION = trial_table(
 )
 DIFFERENCE = trial_table(
     descending_difference.PROTOCOL,
-    required=("amplitude_before_um_pp", "amplitude_um_pp", "difference_felt"),
+    required=("level_before", "level", "difference_felt"),
     optional=(
         *("trial", SERIES, "step", "confidence", "response_time"),
         *("phase", "flag", "catch", "verbal_report"),

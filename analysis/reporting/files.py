@@ -68,7 +68,7 @@ def write_analysis(
             "results": results(analysis, versions),
             "dataset_description": derivative_description(analysis),
         }.items():
-            _write(out / f"{name}.json", json_form.text(value, analysis.dataset.quantity.key))
+            _write(out / f"{name}.json", json_form.text(value, analysis.dataset.quantity.named))
         if analysis.friction is not None:
             _write(out / "friction.json", json_form.text(analysis.friction))
         tell("drawing figures")

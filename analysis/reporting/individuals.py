@@ -34,7 +34,7 @@ def individuals(prepared: Prepared | None, inference: Inference) -> pd.DataFrame
         One row per participant. Columns: ``participant_id exponent estimate_at_1_um`` (the power
         function at 1 µm peak to peak), ``points`` (number of amplitudes fitted),
         ``growth_function`` (smallest AICc), ``exponent_bayesian`` with ``_low`` and ``_high``,
-        ``hits changes false_alarms catches d_prime criterion``, and ``threshold_um_pp`` with
+        ``hits changes false_alarms catches d_prime criterion``, and ``threshold_level`` with
         ``_low`` and ``_high``. Cells of tasks that a participant did not perform are empty.
     """
     parts = []
@@ -65,12 +65,12 @@ def individuals(prepared: Prepared | None, inference: Inference) -> pd.DataFrame
         own = {who: asdict(found) for who, found in detection.participants.items()}
         parts.append(pd.DataFrame.from_dict(own, orient="index"))
     thresholds = {
-        who: (own.threshold_um_pp.value, *own.threshold_um_pp.interval)
+        who: (own.threshold_level.value, *own.threshold_level.interval)
         for who, own in (difference.thresholds.items() if difference is not None else ())
         if isinstance(own, PsychometricFunction)
     }
     if thresholds:
-        names = [f"threshold_um_pp{end}" for end in ("", "_low", "_high")]
+        names = [f"threshold_level{end}" for end in ("", "_low", "_high")]
         parts.append(pd.DataFrame(thresholds.values(), index=list(thresholds), columns=names))
     if not parts:
         return pd.DataFrame(columns=[PARTICIPANT])

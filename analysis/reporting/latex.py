@@ -23,14 +23,14 @@ def latex_tables(analysis: Analysis) -> dict[str, str]:
     unit = _escaped(quantity.short_unit)
     level = _escaped(quantity.title) + (f" ({unit})" if unit else "")
     heads = {
-        "amplitude_um_pp": level,
+        "level": level,
         "n": "$n$",
         "mean": "Mean",
         "maximum_deviation": "Max.\\ dev.",
         "standard_deviation": "SD",
     }
     table = analysis.table3.rename(columns=heads)
-    table[level] = [f"{a:g}" for a in analysis.table3["amplitude_um_pp"]]
+    table[level] = [f"{a:g}" for a in analysis.table3["level"]]
     convention = analysis.dataset.choices.standard_deviation
     rule = analysis.rule.replace("_", r"\_")
     found = {
@@ -72,8 +72,8 @@ def _pair(pair: PairComparison, unit: str) -> dict[str, str | float | None]:
     behind = f" ({unit})" if unit else ""
     logs = computed(pair.logs)
     return {
-        f"From{behind}": f"{pair.from_um_pp:g}",
-        f"To{behind}": f"{pair.to_um_pp:g}",
+        f"From{behind}": f"{pair.from_level:g}",
+        f"To{behind}": f"{pair.to_level:g}",
         "Ratio": logs.ratio if logs else None,
         "$t$": logs.t if logs else None,
         "df": logs.df if logs else None,

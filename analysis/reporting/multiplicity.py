@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from slipscale.analysis.json_form import Unchanged, renamed
 from slipscale.analysis.statistics.holm import holm
 from slipscale.stimuli.quantity import PLATE_AMPLITUDE, Quantity
 
@@ -60,6 +62,10 @@ class Multiplicity:
     families: tuple[FamilyOfTests, ...]
     tests: int
     level: float
+
+    def json_form(self) -> Mapping[str, object]:
+        """Return a dictionary with the keys used in the JSON output."""
+        return renamed(self, level=Unchanged("level"))
 
 
 def multiplicity(

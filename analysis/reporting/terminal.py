@@ -19,7 +19,7 @@ TITLES = {"mean": "mean", "maximum_deviation": "max. dev.", "standard_deviation"
 def table3_table(analysis: Analysis) -> Table:
     """Return Table III as a rich table, with published values if the amplitudes are the paper's."""
     quantity = analysis.dataset.quantity
-    beside = biet2007.covers(analysis.table3["amplitude_um_pp"], quantity)
+    beside = biet2007.covers(analysis.table3["level"], quantity)
     table = Table(
         title=f"Table III: normalised estimates ({analysis.rule}), here and in the paper"
         if beside

@@ -31,12 +31,12 @@ def table3(cells: pd.DataFrame, standard_deviation: str = "sample") -> pd.DataFr
     Returns
     -------
     DataFrame
-        Columns ``amplitude_um_pp n mean maximum_deviation standard_deviation``. The maximum
+        Columns ``level n mean maximum_deviation standard_deviation``. The maximum
         deviation is max |value - mean| across participants. With one participant, the standard
         deviation is NaN (sample) or 0 (population).
     """
     found = over_participants(cells, standard_deviation)
-    found.insert(0, "amplitude_um_pp", cells.columns.to_numpy(float))
+    found.insert(0, "level", cells.columns.to_numpy(float))
     return found
 
 
@@ -99,7 +99,7 @@ def describe(
     Returns
     -------
     DataFrame
-        Columns ``amplitude_um_pp n mean geometric_mean median sd_sample sd_population
+        Columns ``level n mean geometric_mean median sd_sample sd_population
         maximum_deviation mean_low mean_high geometric_n geometric_low geometric_high within_low
         within_high``. The intervals of the mean and of the geometric mean are t-based.
         ``within_low`` and ``within_high`` are computed by `within_intervals`.

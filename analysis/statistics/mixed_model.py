@@ -137,11 +137,11 @@ def mixed_model(data: Prepared) -> MixedModel | NotComputed:
 
 def _frame(data: Prepared) -> tuple[pd.DataFrame, str | None]:
     """Return the data to fit (amplitudes above 0 µm), and the reason if no model can be fitted."""
-    trials = data.trials[(data.trials["amplitude_um_pp"] > 0) & data.trials["log"].notna()]
+    trials = data.trials[(data.trials["level"] > 0) & data.trials["log"].notna()]
     frame = pd.DataFrame(
         {
             "ly": trials["log"],
-            "lx": np.log(trials["amplitude_um_pp"]),
+            "lx": np.log(trials["level"]),
             "who": trials[PARTICIPANT],
         }
     )

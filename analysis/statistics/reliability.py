@@ -60,7 +60,7 @@ class Reliability:
         amplitude.
     variance_participants, variance_interaction, variance_repetitions : float
         Variance components of the log estimates, each at least 0.
-    n, amplitudes, trials : int
+    n, of_levels, trials : int
         Numbers of participants, amplitudes and trials.
     repetitions : float
         Number of repetitions per participant and amplitude, or its harmonic mean if the numbers
@@ -76,7 +76,7 @@ class Reliability:
     variance_interaction: float
     variance_repetitions: float
     n: int
-    amplitudes: int
+    of_levels: int
     repetitions: float
     trials: int
     method: Literal["mean squares", "REML"]
@@ -131,7 +131,7 @@ def reliability(data: Prepared) -> Reliability | NotComputed:
         variance_interaction=max(float(whole[1]), 0.0),
         variance_repetitions=float(whole[2]),
         n=n,
-        amplitudes=k,
+        of_levels=k,
         repetitions=repetitions,
         trials=len(usable),
         method="mean squares" if balanced else "REML",

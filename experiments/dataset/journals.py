@@ -122,6 +122,7 @@ def _read_run(dataset: Path, path: Path, problems: list[Problem]) -> Run | None:
     file = path.relative_to(dataset).as_posix()
     if plan is None and reading.records and (known := header_from_tables(dataset, path)):
         plan, header = known
+        _, reading = read_usable(path, header=header.data)
         # If more than the header is damaged, the record that marks the damage is kept, so that the
         # first trial is flagged.
         whole = len(reading.records) > 1 and reading.records[1].number == 1

@@ -29,7 +29,7 @@ OF_INTERVAL = re.compile(r"interval([0-9]+)_")
 SECOND_READBACK = "second_readback"
 # Name of each column's quantity in the reply to a presentation.
 OF_THE_PLATE = {
-    "drive_voltage_v_peak": "voltage_v_peak",
+    "drive_voltage_v_peak": "drive_voltage_v_peak",
     "plate_temperature_c": "temperature_c",
     SECOND_READBACK: SECOND_READBACK,
 }

@@ -33,9 +33,10 @@ from slipscale.experiments.dataset.schema import (
 )
 from slipscale.experiments.dataset.tsv import cell, sidecar, table
 from slipscale.experiments.journal.plan_and_progress import software
-from slipscale.experiments.journal.serialisation import QUANTITY
+from slipscale.experiments.journal.serialisation import dialect
 from slipscale.experiments.steps.questions import CONSENT
 from slipscale.experiments.study.file import study_hash
+from slipscale.stimuli.level_names import in_file
 
 if TYPE_CHECKING:
     from slipscale.experiments.dataset.files import Content
@@ -167,7 +168,7 @@ def _run_files(
             if plan.study.headphone_test
             else {}
         ),
-        **plan.study.quantity_notes(QUANTITY),
+        **plan.study.quantity_notes(),
         "plate_spec": first["plate_spec"],
         "plate": first["plate"],
         "contact": first.get("contact", MISSING),
@@ -191,7 +192,10 @@ def _run_files(
         for record in records
         if record.kind == "note"
     ]
-    yield path.with_suffix(".json"), {SIDECAR: notes | ({"notes": remarks} if remarks else {})}
+    yield (
+        path.with_suffix(".json"),
+        {SIDECAR: dialect(first, in_file)(notes) | ({"notes": remarks} if remarks else {})},
+    )
     for kind, content, told in series_of(records, protocol.task):
         name = f"{path.name.removesuffix('_beh')}_recording-{kind}_physio"
         yield path.with_name(f"{name}.tsv.gz"), content

@@ -23,7 +23,6 @@ from slipscale.experiments.journal.record import Record
 from slipscale.experiments.journal.serialisation import (
     answer_from,
     answer_record,
-    in_own_names,
     surface_from,
     trial_from,
 )
@@ -86,7 +85,7 @@ def gather(records: list[Record]) -> Gathered:
     for record in records:
         explorations.see(record)
         if record.kind == "begin":
-            step = in_own_names(record.data["what"])
+            step = record.data["what"]
             before, current = current, _trial(step, current, record.time_s)
             _flag_damaged(gathered, before, current, damage=damage, time_s=record.time_s)
             damage = damage and current is None

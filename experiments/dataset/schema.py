@@ -19,7 +19,6 @@ from slipscale.experiments.study.person_questions import TAKEN
 from slipscale.experiments.study.questionnaires import ROW
 from slipscale.experiments.study.run_plan import stem
 from slipscale.faults import UserError
-from slipscale.stimuli.field_names import in_um
 from slipscale.stimuli.quantity import PLATE_AMPLITUDE, Quantity
 from slipscale.stimuli.surface import Stimulus
 
@@ -75,6 +74,8 @@ NOTES: Mapping[str, str] = {
     "was heard, and the operator's decision; omitted if the study has no such test",
     "quantity": "quantity of the levels: name, unit, convention, and the judged attribute; "
     "omitted for the vibration amplitude in µm peak to peak",
+    "plate_quantity": "quantity that the plate produces, as in `quantity`; omitted unless the "
+    "study varies another parameter of the stimuli",
     "plate_spec": "the plate as specified on the command line",
     "plate": "the plate's own description, including its calibration",
     "contact": "finger position and force sensors, and how textures were produced; n/a if there "
@@ -154,7 +155,7 @@ def columns(
         if second and name.endswith(SECOND_READBACK):
             found[second.named(f"{name}_level")] = _in(column, second)
             continue
-        found[name if column.as_stated else of.key(in_um(name))] = _in(column, of)
+        found[name if column.as_stated else of.named(name)] = _in(column, of)
     return found
 
 

@@ -7,7 +7,6 @@ from datetime import UTC, datetime
 
 from slipscale.experiments.journal.plan_and_progress import software
 from slipscale.experiments.journal.record import FORMAT
-from slipscale.experiments.journal.serialisation import QUANTITY
 from slipscale.experiments.languages.texts import texts_hash
 from slipscale.experiments.study.file import study_hash
 from slipscale.experiments.study.run_plan import RunPlan
@@ -23,7 +22,7 @@ def header(
         del content["population"]  # Only pilots have a population.
     return {
         "format": FORMAT,
-        **plan.study.quantity_notes(QUANTITY),
+        **plan.study.quantity_notes(),
         **content,
         "answered_by": answered_by,
         "masking_noise": masking,

@@ -30,17 +30,19 @@ import sys
 import tempfile
 from collections.abc import Callable
 from contextlib import suppress
+from dataclasses import replace
 from io import FileIO
 from pathlib import Path
-from typing import Self
+from typing import Any, Self, cast
 
 from slipscale.experiments.journal import locks
 from slipscale.experiments.journal.keeper import Keeper, Mark
 from slipscale.experiments.journal.reading import read_records
 from slipscale.experiments.journal.record import Record, encode, sealed
-from slipscale.experiments.journal.serialisation import QUANTITY, in_um_names
+from slipscale.experiments.journal.serialisation import dialect
 from slipscale.faults import UserError
 from slipscale.hardware.clock import Clock
+from slipscale.stimuli.level_names import in_file
 
 # Permissions of a new file: readable by its owner only, or determined by the system's umask.
 OWNER_ONLY, AS_USUAL = 0o600, 0o666
@@ -102,6 +104,7 @@ class Journal:
         self.clock = clock
         self._stream = stream
         self._keeper: Keeper | None = None
+        self._in_file: Callable[[Any], Any] | None = None
         self._unfinished = False  # a record is being written, or was interrupted by a signal
 
     @classmethod
@@ -172,26 +175,31 @@ class Journal:
             self._move()
         self._unfinished = True
         number = len(self.records)
-        header = self.records[0].data if self.records else data
-        if QUANTITY not in header:
-            data = in_um_names(data)
         record = Record(number=number, time_s=self.clock.now(), kind=kind, data=data)
-        record, line = sealed(record, self.records[-1].hash if self.records else "")
-        before = self._mark()
+        before = self.records[-1].hash if self.records else ""
+        written, line = sealed(replace(record, data=self.in_file(data)), before)
+        record = replace(record, hash=written.hash)
+        mark = self._mark()
         try:
             self._put(line)
         except OSError as error:
             # A partial line would make all following lines unreadable.
             with suppress(OSError):
-                self._cut(before.length)
+                self._cut(mark.length)
             raise self._not_written(error) from None
         self.records.append(record)
         if self.synced:
-            self._keeper = self._keeper or Keeper(self._stream.fileno(), before)
+            self._keeper = self._keeper or Keeper(self._stream.fileno(), mark)
             self._keeper.want(self._mark())
             locks.refresh(self.path)  # unsynced pilots end before their locks expire
         self._unfinished = False
         return record
+
+    def in_file(self, data: dict[str, Any]) -> dict[str, Any]:
+        """Rename the keys of a record's data as in the file, whose header states the quantity."""
+        if self._in_file is None:
+            self._in_file = dialect(self.records[0].data if self.records else data, in_file)
+        return cast("dict[str, Any]", self._in_file(data))
 
     def wait_for(self, records: int) -> None:
         """Wait until the first ``records`` records are on disk.
@@ -264,7 +272,12 @@ class Journal:
                 stream = _new_file(path, OWNER_ONLY)
                 self._stream, self.path = stream, path
                 locks.take(stream, path)
-                self._put(b"".join(encode(record) for record in self.records))
+                self._put(
+                    b"".join(
+                        encode(replace(record, data=self.in_file(record.data)))
+                        for record in self.records
+                    )
+                )
                 os.fsync(stream.fileno())
                 _sync_folder(path.parent)
             except OSError:

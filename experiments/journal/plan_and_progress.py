@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import platform
+from collections.abc import Mapping
 from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
+from typing import Any
 
 from slipscale.experiments.journal.reading import (
     Damage,
@@ -60,17 +62,19 @@ def read_plan(path: Path) -> tuple[RunPlan, list[Record]]:
     return plan_from(records[0]), records
 
 
-def read_usable(path: Path, most: int | None = None) -> tuple[RunPlan | None, Reading]:
+def read_usable(
+    path: Path, most: int | None = None, header: Mapping[str, Any] | None = None
+) -> tuple[RunPlan | None, Reading]:
     """Return the plan in a journal (None if its header is damaged) and the undamaged records.
 
-    If ``most`` is given, reading stops after this number of lines.
+    For the parameters, see `slipscale.experiments.journal.reading.read_whole`.
 
     Raises
     ------
     UserError
         If the file cannot be read, or its intact header does not describe a run.
     """
-    reading = read_whole(path, most)
+    reading = read_whole(path, most, header)
     records, more = checked(reading.records)
     reading.records = records
     reading.damage = sorted([*reading.damage, *more], key=_line)

@@ -16,13 +16,16 @@ used to build data sets; it omits only damaged records. The rules are:
 from __future__ import annotations
 
 from bisect import bisect_left
+from collections.abc import Mapping
 from contextlib import suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from slipscale.experiments.journal.record import FORMAT, Record, decode, follows
+from slipscale.experiments.journal.serialisation import dialect
 from slipscale.faults import UserError
+from slipscale.stimuli.level_names import in_code
 
 # Kind of the placeholder record for one or more unusable records.
 DAMAGED = "damaged"
@@ -85,10 +88,13 @@ def has_begun(path: Path) -> bool:
         raise UserError(f"journal {path}: {error.strerror}") from None
 
 
-def read_whole(path: Path, most: int | None = None) -> Reading:
+def read_whole(
+    path: Path, most: int | None = None, header: Mapping[str, Any] | None = None
+) -> Reading:
     """Return the intact records of a journal, and a list of the damage.
 
-    If ``most`` is given, reading stops after this number of lines.
+    If ``most`` is given, reading stops after this number of lines. If the journal has no header,
+    ``header`` states the quantity of its levels.
 
     Raises
     ------
@@ -121,6 +127,10 @@ def read_whole(path: Path, most: int | None = None) -> Reading:
     _report_moved(chosen, reading)
     _put_in_order(chosen, wrong, reading)
     reading.damage.sort(key=lambda damage: damage.line)
+    if reading.records and reading.records[0].kind == "header":
+        header = reading.records[0].data
+    named = dialect(header or {}, in_code)
+    reading.records = [replace(each, data=named(each.data)) for each in reading.records]
     return reading
 
 

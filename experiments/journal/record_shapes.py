@@ -17,7 +17,7 @@ from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError,
 
 from slipscale.experiments.journal.reading import DAMAGED, Damage
 from slipscale.experiments.journal.record import Record
-from slipscale.experiments.journal.serialisation import in_own_names, surface_kind
+from slipscale.experiments.journal.serialisation import surface_kind
 from slipscale.experiments.steps.replies import Adjusted, Presented, Reply, Voided
 from slipscale.experiments.steps.trial import Trial
 from slipscale.faults import UserError
@@ -340,10 +340,9 @@ def _fit(shape: Any, data: dict[str, Any]) -> None:
 @lru_cache(maxsize=4096)  # Records repeat surfaces, and runs are read repeatedly.
 def _fit_json(shape: Any, text: str) -> None:
     if not issubclass(shape, _Shape):
-        data = in_own_names(json.loads(text))
+        data = json.loads(text)
         if other := set(data) - {f.name for f in fields(shape)}:
             raise UserError(f"{shape.__name__} has no {min(other)[:40]!r}")
-        text = json.dumps(data)
     _adapter(shape).validate_json(text, strict=True)
 
 

@@ -1,22 +1,22 @@
 """Convert steps and answers to plain data for the journal, and back.
 
-Data read from a journal contain either the names used in files with levels in µm
-(`slipscale.stimuli.field_names.in_um`) or the names used in the code. The results always contain
-the names used in the code.
+Data contain the names used in the code. `dialect` converts them to the names in journals, which
+contain the quantity and its unit, and back.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import fields, is_dataclass
-from functools import cache
+from functools import cache, partial
 from typing import Any
 
 from slipscale.experiments.steps.replies import Adjusted, Answer, Presented, Reply, Voided
 from slipscale.experiments.steps.steps import Step
 from slipscale.experiments.steps.trial import Trial
-from slipscale.stimuli.field_names import in_code, in_um
-from slipscale.stimuli.file_keys import renamed
+from slipscale.stimuli.level_names import Names
+from slipscale.stimuli.quantity import PLATE_AMPLITUDE, Quantity
+from slipscale.stimuli.quantity_table import QuantityTable
 from slipscale.stimuli.surface import Stimulus, VirtualSurface
 from slipscale.stimuli.textures import Texture, kind_in
 from slipscale.stimuli.varied import Varied
@@ -30,9 +30,11 @@ ANSWERS: dict[str, Callable[..., Answer]] = {
 _WHOLE = frozenset({str, int, float, bool, type(None)})
 # Texts may be corrected between versions, and a run can still be resumed.
 WORDS = ("text", "title", "question")
-# Header entry of a journal with levels in a unit other than µm, whose records use the names in the
-# code.
-QUANTITY = "quantity"
+# Header entries: the quantity of the levels unless it is amplitude in µm, and the quantity that the
+# plate produces if the levels are another parameter of the stimuli.
+QUANTITY, PLATE_QUANTITY = "quantity", "plate_quantity"
+# Entries whose levels are in the quantity that the plate produces.
+OF_PLATE = frozenset({"plate", "surface", "texture"})
 
 
 def step_record(step: Step) -> dict[str, Any]:
@@ -87,17 +89,55 @@ def _names(kind: type) -> tuple[str, ...]:
     return tuple(each.name for each in fields(kind)) if is_dataclass(kind) else ()
 
 
-def same_step(one: dict[str, Any], other: dict[str, Any]) -> bool:
-    """Return whether two records describe the same step, ignoring displayed text."""
-    return bool(_without_words(in_own_names(one)) == _without_words(in_own_names(other)))
+def dialect(header: Mapping[str, Any], names: Callable[[Quantity], Names]) -> Callable[[Any], Any]:
+    """Return the function that renames the keys of a journal's records.
+
+    Parameters
+    ----------
+    header : Mapping
+        Data of the journal's first record, which state the quantity of the levels and, if they are
+        a parameter of the stimuli, the quantity that the plate produces.
+    names : callable
+        `slipscale.stimuli.level_names.in_file` or `slipscale.stimuli.level_names.in_code`.
+    """
+    levels = _stated(header.get(QUANTITY), PLATE_AMPLITUDE)
+    plate = _stated(header.get(PLATE_QUANTITY), levels)
+    return partial(_renamed, levels=names(levels), plate=names(plate))
 
 
-def in_own_names(record: dict[str, Any]) -> dict[str, Any]:
-    """Return a record of a step or answer with its keys renamed to the names used in the code."""
-    found: dict[str, Any] = renamed(record, in_code)
-    if found.get("type") == "Adjust":
-        found["name"] = in_code(found["name"])  # the name refers to a data set column
-    return found
+def _stated(table: object, default: Quantity) -> Quantity:
+    try:
+        return QuantityTable.model_validate(table).quantity if table else default
+    except ValueError:  # the header is damaged
+        return default
+
+
+def _renamed(data: Any, levels: Names, plate: Names) -> Any:
+    """Rename keys; those in `OF_PLATE` and in a `Presented` refer to the plate's quantity."""
+    if isinstance(data, dict):
+        kind = data.get("type")
+        names = plate if kind == Presented.__name__ else levels
+        found = {
+            names[key]: _renamed(value, plate if key in OF_PLATE else names, plate)
+            for key, value in data.items()
+        }
+        if kind == "Adjust" and isinstance(found.get("name"), str):
+            found["name"] = names[found["name"]]  # the name refers to a data set column
+        return found
+    if isinstance(data, list | tuple) and data and not isinstance(data[0], float | int | str):
+        return [_renamed(each, levels, plate) for each in data]
+    return data
+
+
+def same_step(
+    one: dict[str, Any], other: dict[str, Any], in_file: Callable[[Any], Any] = dict
+) -> bool:
+    """Return whether two records describe the same step, ignoring displayed text.
+
+    A trial's factors may have the names in the study file or in the code; ``in_file`` gives both
+    the same name.
+    """
+    return bool(_without_words(in_file(one)) == _without_words(in_file(other)))
 
 
 def _without_words(record: Any) -> Any:
@@ -113,20 +153,11 @@ def answer_record(answer: Answer) -> dict[str, Any] | None:
     return None if answer is None else {"type": type(answer).__name__, **_plain(answer)}
 
 
-def in_um_names(data: dict[str, Any]) -> dict[str, Any]:
-    """Return a record's data with the keys of journals in µm; the inverse of `in_own_names`."""
-    found: dict[str, Any] = renamed(data, in_um)
-    for step in (found, *(each for each in found.values() if isinstance(each, dict))):
-        if step.get("type") == "Adjust":
-            step["name"] = in_um(step["name"])
-    return found
-
-
 def answer_from(record: dict[str, Any] | None) -> Answer:
     """Return the answer that a record contains."""
     if record is None:
         return None
-    fields = {key: _tuples(value) for key, value in in_own_names(record).items()}
+    fields = {key: _tuples(value) for key, value in record.items()}
     return ANSWERS[str(fields.pop("type"))](**fields)
 
 
@@ -136,7 +167,7 @@ def _tuples(value: Any) -> Any:
 
 def surface_from(record: dict[str, Any]) -> Stimulus:
     """Return the surface that a record describes."""
-    fields = in_own_names(record)
+    fields = record
     if surface_kind(fields) is Varied:
         return Varied(vary=fields["vary"], texture=texture_from(fields["texture"]))
     return texture_from(fields) if kind_in(fields) else VirtualSurface(**fields)
@@ -157,4 +188,4 @@ def surface_kind(fields: Mapping[str, Any]) -> type[Varied | Texture | VirtualSu
 
 def trial_from(record: dict[str, Any]) -> Trial:
     """Return the trial that a record describes."""
-    return Trial(**in_own_names(record))
+    return Trial(**record)

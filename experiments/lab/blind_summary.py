@@ -12,7 +12,6 @@ from typing import Any
 from slipscale.experiments.dataset.rows_from_journal import gather
 from slipscale.experiments.journal.plan_and_progress import elapsed_s, read_usable
 from slipscale.experiments.journal.record import Record
-from slipscale.experiments.journal.serialisation import in_own_names
 from slipscale.experiments.protocol_parts.base import TrialRecord
 from slipscale.experiments.steps.questions import CONSENT
 from slipscale.faults import UserError
@@ -132,10 +131,8 @@ def _response_times(trial: TrialRecord) -> list[float]:
 
 def _readings(records: list[Record]) -> list[PlateReading]:
     plates = [r.data["plate"] for r in records if r.kind in ("header", "resume")]
-    limits = in_own_names(plates[-1].get("limits") or {} if plates else {})
-    answers = [
-        (r.time_s, in_own_names(r.data["answer"] or {})) for r in records if r.kind == "done"
-    ]
+    limits = plates[-1].get("limits") or {} if plates else {}
+    answers = [(r.time_s, r.data["answer"] or {}) for r in records if r.kind == "done"]
     return [
         PlateReading(
             time_s=time_s,

@@ -20,7 +20,7 @@ from slipscale.experiments.protocol_parts.ordering.randomisation import Stream
 from slipscale.experiments.protocol_parts.ordering.williams import Place
 from slipscale.faults import UserError
 from slipscale.faults.frozen_table import FrozenTable, setting
-from slipscale.stimuli.field_names import in_code, in_um
+from slipscale.stimuli.level_names import in_code, is_level
 from slipscale.stimuli.quantity import PLATE_AMPLITUDE, Quantity
 from slipscale.stimuli.surface import UNLISTED, Stimulus, VirtualSurface
 
@@ -351,7 +351,7 @@ class Protocol:
             object.__setattr__(self, part, _read_by_name(getattr(self, part)))
         columns = [*self.design.items(), *self.stimulus.items(), *self.response.items()]
         own = [name for name, _ in columns]
-        named = {key for key in self.options.model_fields if in_um(key) != key}
+        named = {key for key in self.options.model_fields if is_level(key)}
         names = [name for name, column in columns if not column.as_stated]
         wrong = (
             (
@@ -364,7 +364,10 @@ class Protocol:
             ),
             (len(set(own)) < len(own), "each column must be declared once"),
             (
-                any(in_code(name) != name for name in (*names, *self.options.model_fields)),
+                any(
+                    in_code(PLATE_AMPLITUDE)[name] != name and not is_level(name)
+                    for name in (*names, *self.options.model_fields)
+                ),
                 "a level's name must end in _level",
             ),
             (

@@ -49,10 +49,10 @@ class PlateOutput:
     @property
     def columns(self) -> dict[str, float | None]:
         """The level and its readback, keyed by column names for the plate's quantity."""
-        named = self._plate.quantity.key
+        named = self._plate.quantity.named
         return {
-            named("amplitude_um_pp"): self.amplitude_um_pp,
-            named("readback_um_pp"): self.readback_level,
+            named("level"): self.amplitude_um_pp,
+            named("readback_level"): self.readback_level,
         }
 
     def check(self) -> None:

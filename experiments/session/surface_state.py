@@ -361,7 +361,7 @@ class SurfaceState:
             readback_kind=made.readback.kind,
             settled_by=made.settled_by,
             onset_s=self._clock.now(),
-            voltage_v_peak=made.readback.voltage_v_peak,
+            drive_voltage_v_peak=made.readback.voltage_v_peak,
             temperature_c=made.readback.temperature_c,
             second_readback=made.second_readback_level,
         )

@@ -82,7 +82,7 @@ class Presented:
     readback_kind: str
     settled_by: str
     onset_s: float
-    voltage_v_peak: float | None = None
+    drive_voltage_v_peak: float | None = None
     temperature_c: float | None = None
     second_readback: float | None = None
 

@@ -32,7 +32,7 @@ from slipscale.faults import UserError
 from slipscale.faults.frozen_table import FrozenTable, setting
 from slipscale.faults.toml_lines import Place
 from slipscale.faults.validation import Fault
-from slipscale.stimuli.field_names import in_code
+from slipscale.stimuli.level_names import in_code
 from slipscale.stimuli.parameters import field_of
 from slipscale.stimuli.quantity import Quantity
 from slipscale.stimuli.textures import PARAMETERS
@@ -201,7 +201,9 @@ def conditions_of(factors: Sequence[Factor]) -> list[Condition]:
 def crossed(
     protocol: Protocol,
     factors: Sequence[Factor],
+    *,
     plate: Quantity,
+    quantity: Quantity,
     language: str,
     second: SecondPlate | None = None,
 ) -> Protocol:
@@ -237,7 +239,10 @@ def crossed(
         steps=steps,
         trials=lambda options, context: times(protocol.trials(options, context)),
         most_trials=lambda options, context: times(protocol.most(options, context)),
-        design={**{each.name: _column(each, plate, second) for each in factors}, **protocol.design},
+        design={
+            **{each.name: _column(each, plate, second, quantity) for each in factors},
+            **protocol.design,
+        },
     )
 
 
@@ -258,15 +263,21 @@ def _instruction(factor: Factor, level: Value, language: str) -> str:
     return texts.get(factor_level(level), "")
 
 
-def _column(factor: Factor, plate: Quantity, second: SecondPlate | None) -> Column:
+def _column(
+    factor: Factor, plate: Quantity, second: SecondPlate | None, levels: Quantity
+) -> Column:
     field = field_of(factor.name, plate, PARAMETERS)
     quantity = PARAMETERS[field].parameter.quantity(plate) if field else None
     if second and factor.name == second.factor:
         quantity = second.quantity.quantity
     words = [each for each in factor.levels if isinstance(each, str)]
+    read_as = in_code(levels)[factor.name]  # in trials that were read from a journal
     return Column(
-        # Journals contain the keys that the code uses.
-        value=lambda record: record.trial.factors[in_code(factor.name)],
+        value=lambda record: next(
+            record.trial.factors[name]
+            for name in (factor.name, read_as)
+            if name in record.trial.factors
+        ),
         kind="label" if words else "number",
         description=factor.description or (quantity.in_full_title if quantity else "Factor"),
         units=quantity.bids if quantity else "",

@@ -23,8 +23,7 @@ from slipscale.experiments.study.tables import PlateSettings, StimulusTable, Tex
 from slipscale.faults import UserError
 from slipscale.faults.suggestions import did_you_mean
 from slipscale.faults.toml_file import parse_toml
-from slipscale.stimuli.field_names import in_um
-from slipscale.stimuli.file_keys import FileNames
+from slipscale.stimuli.level_names import FileNames, is_level
 from slipscale.stimuli.parameters import field_of
 from slipscale.stimuli.quantity_table import stated_quantity
 from slipscale.stimuli.textures import PARAMETERS
@@ -68,7 +67,7 @@ def file_names(table: dict[str, Any]) -> FileNames:
         *(load_protocol(name).options for name in known),
     )
     fields = {field for model in models for field in model.model_fields}
-    levels = frozenset(field for field in fields if in_um(field) != field)
+    levels = frozenset(field for field in fields if is_level(field))
     plate, vary = stated_quantity(table), table.get("vary")
     second = table.get("second_plate")
     other = {"second_plate": stated_quantity(second)} if isinstance(second, dict) else {}

@@ -20,7 +20,7 @@ from slipscale.experiments.study.tables import PlateSettings, StimulusTable
 from slipscale.faults import UserError
 from slipscale.faults.toml_lines import Place
 from slipscale.faults.validation import Fault
-from slipscale.stimuli.field_names import in_um
+from slipscale.stimuli.level_names import is_level
 from slipscale.stimuli.modulation import FILM_TIME_CONSTANT_S, LEAST_FOLLOWED
 from slipscale.stimuli.parameters import field_of
 from slipscale.stimuli.quantity import Quantity
@@ -158,7 +158,7 @@ class Levels:
         if quantity.in_um_pp:
             return
         for key, field in type(table).model_fields.items():
-            left_out = in_um(key) != key and key not in table.model_fields_set
+            left_out = is_level(key) and key not in table.model_fields_set
             if left_out and field.default is not None:
                 unit = quantity.unit_in_full
                 message = f"is missing; expected a value in {unit}, because the default is in µm"

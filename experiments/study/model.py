@@ -275,11 +275,15 @@ class Study(FrozenTable):
         """The levels of the second actuator; empty without a second actuator."""
         return second_levels(self.second_plate, self.factors)
 
-    def quantity_notes(self, name: str) -> dict[str, dict[str, str]]:
-        """Return the quantity's description for records; empty for the default quantity."""
-        if self.quantity.of_plate:
-            return {}
-        return {name: QuantityTable.stating(self.quantity).model_dump()}
+    def quantity_notes(self) -> dict[str, dict[str, str]]:
+        """Return descriptions of the study's quantities for records.
+
+        The quantity of the levels is omitted if it is the default quantity, and the quantity that
+        the plate produces is omitted unless the levels are another parameter of the stimuli.
+        """
+        stated = {} if self.quantity.of_plate else {"quantity": self.quantity}
+        stated |= {"plate_quantity": self.plate_quantity} if self.vary else {}
+        return {name: QuantityTable.stating(each).model_dump() for name, each in stated.items()}
 
     @property
     def levels_of_tasks(self) -> dict[str, tuple[float, ...]]:

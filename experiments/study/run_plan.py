@@ -234,9 +234,10 @@ class RunPlan:
                 crossed(
                     load_protocol(options.protocol).for_task(options),
                     study.factors,
-                    study.plate_quantity,
-                    self.language,
-                    study.second_plate,
+                    plate=study.plate_quantity,
+                    quantity=study.quantity,
+                    language=self.language,
+                    second=study.second_plate,
                 ),
                 options,
             )

@@ -17,7 +17,7 @@ from slipscale.experiments.protocol_parts.base import Options
 from slipscale.experiments.protocol_parts.registry import load_protocol, protocol_names
 from slipscale.experiments.study.factors import Factor
 from slipscale.experiments.study.model import Study
-from slipscale.stimuli.field_names import in_code, in_um
+from slipscale.stimuli.level_names import Names, in_file
 from slipscale.stimuli.quantity import PLATE_AMPLITUDE
 from slipscale.stimuli.textures import PARAMETERS
 
@@ -70,12 +70,13 @@ def study_schema() -> Schema:
     own = tables.get(Factor.__name__)
     for table in (root, *tables.values()):
         given = table.get("properties", {})
-        named = {key if table is own else in_um(key): value for key, value in given.items()}
+        names = Names(str) if table is own else in_file(PLATE_AMPLITUDE)
+        named = {names[key]: value for key, value in given.items()}
         table["properties"] = {key: _in_toml(key, value) for key, value in named.items()}
         if "required" in table:
             required = table["required"]
-            table["required"] = [key for key in required if table is own or in_um(key) == key]
-        if levels := [key for key in named if in_code(key) != key]:
+            table["required"] = [key for key in required if names[key] == key]
+        if levels := [names[key] for key in given if names[key] != key]:
             table["patternProperties"] = {f"{IN_ANOTHER_UNIT}|{_in_seconds(levels)}": {}}
     return {"$schema": DIALECT, **root, "title": "Slipscale study", "$defs": tables}
 

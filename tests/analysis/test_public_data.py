@@ -79,7 +79,7 @@ def test_figures_of_yes_and_no_are_r_s(name, monkeypatch):
         # 120 answers of a participant: a rule of few points over participants misses their peaks.
         largest = difference.signal_detection.by_size[-1]
         assert largest.d_prime == pytest.approx(expected["largest_d_prime"], rel=1e-4)
-        assert largest.removed_um_pp == 0.008
+        assert largest.removed_level == 0.008
 
 
 def test_a_scale_of_paired_comparisons_is_r_s():

@@ -13,8 +13,8 @@ from slipscale.analysis.pipeline import analyse
 from slipscale.analysis.tasks.thresholds.reading import COMPARISON, told_choices
 from slipscale.experiments.study.file import parse_study
 from slipscale.faults import UserError
-from slipscale.stimuli.field_names import NAMES, in_code, in_um
-from slipscale.stimuli.quantity import made_by_plate
+from slipscale.stimuli.level_names import NAMES, in_code, in_file
+from slipscale.stimuli.quantity import PLATE_AMPLITUDE, made_by_plate
 
 VOLTS = """
 name = "electro"
@@ -173,7 +173,7 @@ def test_a_resumed_run_and_the_tables_of_its_journal_have_the_same_levels(tmp_pa
     assert table.read_bytes() == whole
     found = load(out)
     assert found.quantity == made_by_plate("voltage", "V", "peak")
-    assert sorted(found.estimates["amplitude_um_pp"].unique()) == [0, 40, 120]
+    assert sorted(found.estimates["level"].unique()) == [0, 40, 120]
 
 
 @pytest.mark.parametrize(
@@ -214,28 +214,26 @@ def test_a_study_in_volts_meets_no_plate_in_micrometres(tmp_path, capsys, monkey
         assert "makes amplitude in µm peak to peak" in told.out + told.err
 
 
-def test_every_name_in_a_file_in_micrometres_has_one_name_in_the_code_and_back():
-    names = [
-        pattern.format(interval="interval2_", when="_before", what="standard")
-        for pattern, _ in NAMES
-    ]
-    for name in (*names, "amplitude_um_pp", "amplitude_readback_um_pp"):
-        assert "um" not in in_code(name)
-        assert in_um(in_code(name)) == name
-    volts = made_by_plate("voltage", "V", "peak to peak")
-    assert volts.named("level_readback") == "voltage_readback_v_pp"
-    assert volts.in_um("interval1_voltage_v_pp") == "interval1_amplitude_um_pp"
+@pytest.mark.parametrize(
+    "quantity", [PLATE_AMPLITUDE, made_by_plate("voltage", "V", "peak")], ids=["um", "volts"]
+)
+def test_every_name_in_the_code_has_one_name_in_a_file_and_back(quantity):
+    parts = {"interval": "interval2_", "when": "_before", "end": "", "what": "standard"}
+    for pattern, _ in NAMES:
+        name = pattern.format(**parts, several="comparison")
+        assert in_code(quantity)[in_file(quantity)[name]] == name
+    assert quantity.named("level_readback") == quantity.column.replace("_", "_readback_", 1)
 
 
 def test_differences_far_below_one_are_told_apart():
     frame = pd.DataFrame(
         {
             "task": "comparing",
-            "level_um_pp": [1.2e-4, 1.3e-4],
-            "standard_um_pp": 1e-4,
+            "track_level": [1.2e-4, 1.3e-4],
+            "standard_level": 1e-4,
             "comparison_more": "true",
             "response": ["1", "2"],
         }
     )
     found = told_choices(frame, COMPARISON, made_by_plate("force", "N", ""))
-    assert found["level_um_pp"].tolist() == [2e-5, 3e-5]
+    assert found["track_level"].tolist() == [2e-5, 3e-5]

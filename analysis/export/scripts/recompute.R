@@ -356,7 +356,7 @@ reliability <- function(trials, confidence) {
   }
   v <- components(block)
   out <- c(variance_participants = max(v[1], 0), variance_interaction = max(v[2], 0),
-           variance_repetitions = v[3], n = n, amplitudes = k, repetitions = r, trials = nrow(d))
+           variance_repetitions = v[3], n = n, levels = k, repetitions = r, trials = nrow(d))
   for (name in c("single", "mean")) {
     times <- if (name == "single") 1 else r
     value <- of(block, times)
@@ -426,8 +426,8 @@ growth <- function(logs, levels, wanted) {
   delta <- scores - min(scores, na.rm = TRUE)
   weights <- exp(-delta / 2) / sum(exp(-delta / 2), na.rm = TRUE)
   c(unlist(lapply(names(found), function(name) under(
-    paste0("amplitude.models.", name, "."),
-    c(found[[name]], delta_aicc = delta[[name]], weight = weights[[name]])))), amplitude.n = nrow(usable))
+    paste0("of_level.models.", name, "."),
+    c(found[[name]], delta_aicc = delta[[name]], weight = weights[[name]])))), of_level.n = nrow(usable))
 }
 
 clustered_interval <- function(yes, answers, confidence) {
@@ -612,7 +612,7 @@ prepared <- function(settings) {
   if (is.null(trials) || !nrow(trials)) return(NULL)
   names(trials)[names(trials) == settings[["level"]]] <- "level"
   names(trials)[names(trials) == "participant_id"] <- "who"
-  # Trials of the same amplitude in the same condition are repetitions.
+  # Trials of the same level in the same condition are repetitions.
   trials$item <- as.integer(interaction(c(list(trials$level), trials[startsWith(names(trials), "factor: ")]), drop = TRUE))
   values <- trials$normalised
   if (settings[["zero_rule"]] == "half_minimum") values[values <= 0] <- min(values[values > 0]) / 2
@@ -644,7 +644,7 @@ estimates <- function(settings, names_wanted, data) {
   if (wants("mixed_model.")) out <- c(out, under("mixed_model.", mixed_model(trials, confidence)))
   if (wants("order.")) out <- c(out, under("order.", order_effects(trials, confidence)))
   if (wants("reliability.")) out <- c(out, under("reliability.", reliability(trials, confidence)))
-  models <- regmatches(names_wanted, regexpr("(?<=^growth\\.amplitude\\.models\\.)[a-z_]+", names_wanted, perl = TRUE))
+  models <- regmatches(names_wanted, regexpr("(?<=^growth\\.of_level\\.models\\.)[a-z_]+", names_wanted, perl = TRUE))
   if (length(models)) out <- c(out, under("growth.", growth(logs, levels, unique(models))))
   quality <- read("quality.csv")
   flagged <- quality$participant_id[!is.na(quality$flags)]
@@ -668,16 +668,20 @@ main <- function() {
   table <- read.csv("settings.csv", colClasses = "character")
   settings <- setNames(table$value, table$name)
   reported <- read("numbers.csv")
+  # Results for the level have the name of its quantity.
+  noun <- settings[["of_level"]]
+  wanted <- gsub(paste0("\\b", noun, "\\b"), "of_level", reported$name)
   data <- prepared(settings)
-  found <- estimates(settings, reported$name, data)
+  found <- estimates(settings, wanted, data)
   answers <- read("answers.csv")
   if (!is.null(answers) && nrow(answers)) {
     found <- c(found, under("difference.", difference(answers, settings, as.numeric(settings[["confidence"]]))))
   }
   if (file.exists("recompute_tasks.R")) {
     source("recompute_tasks.R")
-    found <- c(found, tasks(settings, reported$name, data$trials, data$logs))
+    found <- c(found, tasks(settings, wanted, data$trials, data$logs))
   }
+  names(found) <- gsub("\\bof_level\\b", noun, names(found))
   differ <- 0
   missing <- NULL
   for (i in seq_len(nrow(reported))) {

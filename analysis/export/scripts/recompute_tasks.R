@@ -114,13 +114,13 @@ threshold_of <- function(rows, method, standard, confidence, settings) {
   catch <- rows[rows$catch, ]
   right <- function(part) {
     if (method != "comparison") return(sum(part$correct))
-    more <- part$level_um_pp - part$standard_um_pp
+    more <- part$track_level - part$standard_level
     sum(part$correct & more > 0) + sum(!part$correct & more < 0)
   }
   out <- c(trials = nrow(main), correct = right(main), catch_trials = nrow(catch), catch_correct = right(catch))
-  levels <- sort(unique(main$level_um_pp))
-  yes <- sapply(levels, function(level) sum(main$correct[main$level_um_pp == level]))
-  n <- sapply(levels, function(level) sum(main$level_um_pp == level))
+  levels <- sort(unique(main$track_level))
+  yes <- sapply(levels, function(level) sum(main$correct[main$track_level == level]))
+  n <- sapply(levels, function(level) sum(main$track_level == level))
   curve <- psychometric(method, settings)
   x <- curve$at(levels)
   if (length(x) < 2 || sum(yes) %in% c(0, sum(n))) return(out)
@@ -158,16 +158,16 @@ population_of <- function(rows, curve, standard, confidence) {
   factors <- main[grepl("^factor: ", names(main))]
   main$session <- do.call(paste, c(list(ifelse(is.na(main$session), "", main$session)), factors))
   sessions <- in_code_order(main$session)
-  levels <- sort(unique(main$level_um_pp))
+  levels <- sort(unique(main$track_level))
   x <- curve$at(levels)
   count <- function(which) lapply(sessions, function(s) {
     here <- main[main$session == s & which, ]
-    unclass(table(factor(here$participant_id, people), factor(match(here$level_um_pp, levels), seq_along(levels))))
+    unclass(table(factor(here$participant_id, people), factor(match(here$track_level, levels), seq_along(levels))))
   })
   yes <- count(main$correct)
   no <- count(!main$correct)
-  catch <- rows[rows$catch & (!curve$compared | rows$level_um_pp != rows$standard_um_pp), ]
-  right <- if (curve$compared) catch$correct == (catch$level_um_pp > catch$standard_um_pp) else catch$correct
+  catch <- rows[rows$catch & (!curve$compared | rows$track_level != rows$standard_level), ]
+  right <- if (curve$compared) catch$correct == (catch$track_level > catch$standard_level) else catch$correct
   grid <- function(count, farthest = 5) {
     nodes <- seq(-farthest, farthest, length.out = count)
     list(nodes = nodes, weights = dnorm(nodes, log = TRUE) - log(sum(dnorm(nodes))))
@@ -248,7 +248,7 @@ thresholds <- function(choices, confidence, settings) {
   unlist(lapply(seq_along(tasks), function(i) {
     rows <- choices[choices$task == tasks[i], ]
     method <- rows$method[1]
-    standard <- unique(rows$standard_um_pp[!is.na(rows$standard_um_pp)])
+    standard <- unique(rows$standard_level[!is.na(rows$standard_level)])
     standard <- if (length(standard) == 1 && standard > 0) standard else NA
     people <- lapply(in_code_order(rows$participant_id), function(who) threshold_of(rows[rows$participant_id == who, ], method, standard, confidence, settings))
     under(paste0("thresholds.", i - 1, "."), c(
@@ -280,7 +280,7 @@ agreement <- function(choices, exponents, found, confidence) {
 
 # Scales -------------------------------------------------------------------------------------------
 
-# Surfaces in ascending order of amplitude, followed by textures sorted by name.
+# Surfaces in ascending order of level, followed by textures sorted by name.
 surfaces_in_order <- function(labels) {
   labels <- in_code_order(labels)
   labels[order(suppressWarnings(as.numeric(labels)), na.last = TRUE)]
@@ -424,14 +424,14 @@ scale_of <- function(rows, confidence) {
 matching_of <- function(rows, confidence) {
   turned <- rows[!rows$catch, ]
   caught <- rows[rows$catch, ]
-  reference <- turned$reference_um_pp[1]
-  own <- tapply(turned$matched_um_pp, turned$participant_id, mean)
-  sides <- person_means(turned$matched_um_pp, turned$participant_id, factor(turned$direction, c("ascending", "descending")))
-  spread <- tapply(turned$matched_um_pp, list(turned$participant_id, turned$direction), var)
+  reference <- turned$reference_level[1]
+  own <- tapply(turned$matched_level, turned$participant_id, mean)
+  sides <- person_means(turned$matched_level, turned$participant_id, factor(turned$direction, c("ascending", "descending")))
+  spread <- tapply(turned$matched_level, list(turned$participant_id, turned$direction), var)
   c(reference = reference, matches = nrow(turned), participants = length(own), mean = mean(own),
     variability = sqrt(mean(spread, na.rm = TRUE)), ascending = mean(sides[, 1], na.rm = TRUE),
     descending = mean(sides[, 2], na.rm = TRUE), catch_trials = nrow(caught),
-    catch_error = mean(abs(caught$matched_um_pp - reference)), felt_again = mean(turned$felt_again, na.rm = TRUE),
+    catch_error = mean(abs(caught$matched_level - reference)), felt_again = mean(turned$felt_again, na.rm = TRUE),
     under("bias.", mean_test(own - reference, confidence)), under("direction.", mean_test(sides[, 2] - sides[, 1], confidence)))
 }
 
@@ -440,7 +440,7 @@ ratings_of <- function(rows, confidence) {
   caught <- rows[rows$catch, ]
   surfaces <- surfaces_in_order(main$surface)
   cells <- person_means(main$rating, main$participant_id, factor(main$surface, surfaces))
-  plain <- surfaces %in% main$surface[!is.na(main$amplitude_um_pp)]
+  plain <- surfaces %in% main$surface[!is.na(main$level)]
   steps <- unique(rows$resolution[!is.na(rows$resolution)])
   categories <- unique(main$categories[!is.na(main$categories)])
   bounds <- if (length(categories)) c(1, categories) else c(0, 100)
@@ -509,23 +509,23 @@ catch_mean <- function(value, who) if (length(value)) exp(mean(tapply(log(value)
 
 ratios_of <- function(rows, confidence) {
   main <- rows[!rows$catch, ]
-  logs <- person_means(log(main$ratio), main$participant_id, main$comparison_um_pp)
-  c(standard = main$standard_um_pp[1], participants = nrow(logs), answers = nrow(main), catch_trials = sum(rows$catch),
+  logs <- person_means(log(main$ratio), main$participant_id, main$comparison_level)
+  c(standard = main$standard_level[1], participants = nrow(logs), answers = nrow(main), catch_trials = sum(rows$catch),
     catch_ratio = catch_mean(rows$ratio[rows$catch], rows$participant_id[rows$catch]),
-    numbered("surfaces.", geometric_rows(logs, confidence, table(main$comparison_um_pp), "comparison", c("ratio", "judgements"))),
+    numbered("surfaces.", geometric_rows(logs, confidence, table(main$comparison_level), "comparison", c("ratio", "judgements"))),
     under("power_law.", power_law(logs, as.numeric(colnames(logs)), confidence)))
 }
 
 productions_of <- function(rows, confidence, exponents) {
   main <- rows[!rows$catch, ]
-  logs <- person_means(log(main$produced_um_pp), main$participant_id, main$number)
+  logs <- person_means(log(main$produced_level), main$participant_id, main$number)
   own <- slopes(logs, as.numeric(colnames(logs)))
   slope <- mean_test(own, confidence)
-  sides <- person_means(log(main$produced_um_pp), main$participant_id, factor(main$began, c("low", "high")))
-  out <- c(standard = rows$standard_um_pp[1], modulus = rows$modulus[1], participants = nrow(logs), answers = nrow(main),
-           catch_trials = sum(rows$catch), catch = catch_mean(rows$produced_um_pp[rows$catch], rows$participant_id[rows$catch]),
+  sides <- person_means(log(main$produced_level), main$participant_id, factor(main$began, c("low", "high")))
+  out <- c(standard = rows$standard_level[1], modulus = rows$modulus[1], participants = nrow(logs), answers = nrow(main),
+           catch_trials = sum(rows$catch), catch = catch_mean(rows$produced_level[rows$catch], rows$participant_id[rows$catch]),
            at_bounds = sum(main$bound %in% c("lowest", "highest")),
-           numbered("numbers.", geometric_rows(logs, confidence, table(main$number), "number", c("amplitude", "productions"))),
+           numbered("numbers.", geometric_rows(logs, confidence, table(main$number), "number", c("level", "productions"))),
            under("slope.", slope), under("beginning.", mean_test(sides[, "high"] - sides[, "low"], confidence)))
   if (!is.null(slope) && slope[["mean"]] > 0) {
     out <- c(out, exponent = 1 / slope[["mean"]])
@@ -645,7 +645,7 @@ mixed_anova <- function(logs, group, confidence) {
   df_error <- df_people * (k - 1)
   at <- function(squares, df, of, df_of, e) effect(squares / df / (of / df_of), df, df_of, e, confidence)
   c(under("group.", at(k * sum((rowMeans(means) - mean(v))^2), g - 1, error_people, df_people, 1)),
-    under("amplitude.", at(n * sum((colMeans(v) - mean(v))^2), k - 1, error, df_error, epsilon)),
+    under("of_level.", at(n * sum((colMeans(v) - mean(v))^2), k - 1, error, df_error, epsilon)),
     under("interaction.", at(interaction, (g - 1) * (k - 1), error, df_error, epsilon)), epsilon_gg = epsilon)
 }
 
@@ -671,10 +671,10 @@ two_way_anova <- function(trials, other, name, confidence) {
   k <- dim(cells)[2]
   s <- dim(cells)[3]
   if (n < 3 || k < 2 || s < 2) return(NULL)
-  one <- list(amplitude = contrasts_of(k), other = contrasts_of(s))
+  one <- list(of_level = contrasts_of(k), other = contrasts_of(s))
   flat <- function(m) m / sqrt(nrow(m))
-  of <- list(kronecker(one$other, flat(matrix(1, k))), amplitude = kronecker(flat(matrix(1, s)), one$amplitude),
-             interaction = kronecker(one$other, one$amplitude))
+  of <- list(kronecker(one$other, flat(matrix(1, k))), of_level = kronecker(flat(matrix(1, s)), one$of_level),
+             interaction = kronecker(one$other, one$of_level))
   names(of)[1] <- name
   found <- unlist(lapply(names(of), function(name) {
     z <- v %*% of[[name]]
@@ -815,12 +815,22 @@ session_measures <- function(measures, confidence) {
 
 # Everything ---------------------------------------------------------------------------------------
 
+# Trials whose columns of levels have the same names in every quantity; settings.csv declares them.
+trials_of <- function(name, settings) {
+  rows <- read(name)
+  if (is.null(rows)) return(NULL)
+  columns <- c("level", "track_level", "standard_level", "reference_level", "matched_level", "comparison_level", "produced_level")
+  there <- match(names(rows), settings[columns])
+  names(rows)[!is.na(there)] <- columns[there[!is.na(there)]]
+  rows
+}
+
 tasks <- function(settings, wanted, trials, logs) {
   confidence <- as.numeric(settings[["confidence"]])
   levels <- as.numeric(colnames(logs))
   exponents <- if (is.null(logs)) NULL else slopes(logs, levels)
   out <- NULL
-  choices <- read("trials_forced_choices.csv")
+  choices <- trials_of("trials_forced_choices.csv", settings)
   if (!is.null(choices)) {
     out <- thresholds(choices, confidence, settings)
     out <- c(out, agreement(choices, exponents, out, confidence))
@@ -832,16 +842,16 @@ tasks <- function(settings, wanted, trials, logs) {
   }
   parts <- list(
     scales = list("trials_comparisons.csv", "task", function(rows) scale_of(rows, confidence)),
-    matching = list("trials_matches.csv", c("task", "reference_um_pp"), function(rows) matching_of(rows, confidence)),
+    matching = list("trials_matches.csv", c("task", "reference_level"), function(rows) matching_of(rows, confidence)),
     ratings = list("trials_ratings.csv", "task", function(rows) ratings_of(rows, confidence)),
-    ratios = list("trials_ratios.csv", c("task", "standard_um_pp"), function(rows) ratios_of(rows, confidence)),
+    ratios = list("trials_ratios.csv", c("task", "standard_level"), function(rows) ratios_of(rows, confidence)),
     productions = list("trials_productions.csv", "task", function(rows) productions_of(rows, confidence, exponents)),
     same_different = list("trials_same_different.csv", "task", function(rows) same_different_of(rows, confidence)))
   for (name in names(parts)) {
-    rows <- read(parts[[name]][[1]])
+    rows <- trials_of(parts[[name]][[1]], settings)
     if (!is.null(rows)) out <- c(out, with_holm(numbered(paste0(name, "."), lapply(each(rows, parts[[name]][[2]]), parts[[name]][[3]]))))
   }
-  rows <- read("trials_ratings.csv")
+  rows <- trials_of("trials_ratings.csv", settings)
   if (!is.null(rows)) out <- c(out, rating_conditions(rows, confidence))
   for (name in c("similarity", "sorting")) {
     rows <- read(if (name == "sorting") "trials_sorting.csv" else "trials_dissimilarities.csv")

@@ -113,7 +113,7 @@ class Distribution:
         return {spread.name: spread for spread in self.numbers}
 
     @property
-    def amplitudes_um_pp(self) -> list[float]:
+    def levels(self) -> list[float]:
         """Amplitudes in Table III, ascending; empty if there are no magnitude estimates."""
         head, tail = f"{TABLE3}.", ".mean"
         names = [spread.name for spread in self.numbers]
@@ -134,9 +134,9 @@ class Distribution:
             if place < len(HEADLINES) and spread.varies
         ]
 
-    def cell(self, amplitude_um_pp: float, statistic: str) -> Spread | None:
+    def cell(self, level: float, statistic: str) -> Spread | None:
         """Return the distribution of one Table III cell, or None if no study has a value."""
-        return self.by_name.get(cell_name(amplitude_um_pp, statistic))
+        return self.by_name.get(cell_name(level, statistic))
 
     def values(self, name: str) -> list[float]:
         """Return the value of a numeric result from each study that has one."""
@@ -144,13 +144,13 @@ class Distribution:
         return [value for value in found if value is not None]
 
 
-def cell_name(amplitude_um_pp: float, statistic: str) -> str:
+def cell_name(level: float, statistic: str) -> str:
     """Return the name of a cell in Table III.
 
     >>> cell_name(0.5, "mean")
     'table3.0.5.mean'
     """
-    return f"{TABLE3}.{amplitude_um_pp:g}.{statistic}"
+    return f"{TABLE3}.{level:g}.{statistic}"
 
 
 def distribution(studies: ManyStudies, found: Sequence[StudyResult]) -> Distribution:

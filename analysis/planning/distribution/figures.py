@@ -28,7 +28,7 @@ COLUMNS = 3
 def cells_figure(found: Distribution) -> Figure:
     """Plot the median and the 5 % and 95 % quantiles across studies for each Table III cell."""
     figure, panels = canvas(1, len(STATISTICS), size=(7.8, 3.4))
-    amplitudes = np.array(found.amplitudes_um_pp)
+    amplitudes = np.array(found.levels)
     for axes, (statistic, title) in zip(panels, STATISTICS.items(), strict=True):
         for amplitude in amplitudes.tolist():
             cell = found.cell(amplitude, statistic)
@@ -51,7 +51,7 @@ def _paper(axes: Axes, found: Distribution, statistic: str) -> None:
     if found.study != biet2007.STUDY:
         return
     known = {amplitude: float(getattr(row, statistic)) for amplitude, row in
-             biet2007.BY_AMPLITUDE.items() if amplitude in found.amplitudes_um_pp}  # fmt: skip
+             biet2007.BY_AMPLITUDE.items() if amplitude in found.levels}  # fmt: skip
     axes.plot(
         list(known), list(known.values()), linestyle="none", marker="D", markersize=8,
         markerfacecolor="none", markeredgecolor=VERMILION, markeredgewidth=1.4,
@@ -65,7 +65,7 @@ def curves_figure(found: Distribution) -> Figure:
     The figure shows the first `CURVES` studies, and the median and percentiles across all studies.
     """
     figure, axes = canvas(size=(5.6, 4.0))
-    amplitudes = np.array(found.amplitudes_um_pp)
+    amplitudes = np.array(found.levels)
     names = [cell_name(amplitude, "mean") for amplitude in amplitudes.tolist()]
     for number, each in enumerate(found.results[:CURVES]):
         means = [each.found.numbers.get(name, np.nan) for name in names]

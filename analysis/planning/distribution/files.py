@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 
 import pandas as pd
@@ -24,6 +25,7 @@ from slipscale.analysis.writing import html
 from slipscale.analysis.writing.csv_file import write_csv
 from slipscale.faults import UserError
 from slipscale.figure_style import save, svg
+from slipscale.stimuli.level_names import path_in_file
 
 PAGE = "distribution.html"
 
@@ -55,7 +57,7 @@ def write_distribution(folder: Path, found: Distribution) -> Path:
         If the folder cannot be written.
     """
     figures: dict[str, Figure] = {}
-    if found.amplitudes_um_pp:
+    if found.levels:
         figures |= {"table3": cells_figure(found), "fig15": curves_figure(found)}
     if found.headlines:
         figures["results"] = results_figure(found)
@@ -75,7 +77,7 @@ def write_distribution(folder: Path, found: Distribution) -> Path:
 
 def _tables(found: Distribution) -> dict[str, pd.DataFrame]:
     """Return tables of spreads, proportions and all studies' results, keyed by file name."""
-    named = found.quantity.key
+    named = partial(path_in_file, quantity=found.quantity)
     return {
         "numbers": pd.DataFrame(
             [(named(s.name), s.studies, s.median, s.p5, s.p95) for s in found.numbers],
@@ -100,7 +102,7 @@ def _tables(found: Distribution) -> dict[str, pd.DataFrame]:
 
 def _record(found: Distribution) -> dict[str, object]:
     """Return the content of distribution.json."""
-    named = found.quantity.key
+    named = partial(path_in_file, quantity=found.quantity)
     return {
         "study": found.study,
         "participants": found.participants,
@@ -161,7 +163,7 @@ def _sections(found: Distribution, figures: dict[str, Figure]) -> list[html.Repo
             )
         )
         other.blocks.append(_spreads([(w, *values(s)) for s, w in found.headlines], "Main"))
-    rows = [(found.quantity.key(s.name), *values(s)) for s in found.numbers if s.varies]
+    rows = [(path_in_file(s.name, found.quantity), *values(s)) for s in found.numbers if s.varies]
     other.blocks.append(html.details(f"All {len(rows)} numbers", [_spreads(rows, "All")]))
     return [s for s in (table, _conclusions(found), other) if s.blocks]
 
@@ -172,7 +174,7 @@ def _cells(found: Distribution) -> Markup:
         *((title, "median (5 to 95 %)") for title in STATISTICS.values()),
     )
     rows = []
-    for amplitude in found.amplitudes_um_pp:
+    for amplitude in found.levels:
         cells = [found.cell(amplitude, statistic) for statistic in STATISTICS]
         rows.append([f"{amplitude:g}", *(_range(*values(cell)) if cell else "–" for cell in cells)])
     return html.table(columns, rows, "Table III across the simulated studies.")

@@ -17,14 +17,14 @@ from slipscale.analysis.tasks.kind import Analysis
 TABLE3 = "table3"
 #: Keys that identify an element of a list. The values of these keys form the element's name.
 IDENTIFIERS = (
-    *("task", "from_um_pp", "to_um_pp", "reference_um_pp", "removed_um_pp", "standard_um_pp"),
-    *("surface", "from_surface", "to_surface", "comparison_um_pp", "number", "name", "session"),
+    *("task", "from_level", "to_level", "reference_level", "removed_level", "standard_level"),
+    *("surface", "from_surface", "to_surface", "comparison_level", "number", "name", "session"),
     *("factor", "condition", "first", "second"),
 )
 #: Keys whose values are omitted: results for single participants, word counts and settings.
 LEFT_OUT = (
     *("participant", "participants", "consistency", "words"),
-    *("normalisation", "amplitudes_um_pp", "left_out_um_pp"),
+    *("normalisation", "levels", "left_out_levels"),
 )
 PERSON = "sub-"
 #: Corrected p-values, which replace the uncorrected p-value of the same result.
@@ -107,7 +107,8 @@ def _of_record(record: JsonObject, name: str) -> Iterator[tuple[str, Json]]:
     for key, value in record.items():
         replaced = any(other in record for other in CORRECTED.get(key, ()))
         identifies = key in IDENTIFIERS and not isinstance(value, dict)
-        if key in LEFT_OUT or identifies or key.startswith(PERSON) or replaced:
+        left_out = key in LEFT_OUT and not isinstance(key, json_form.Unchanged)
+        if left_out or identifies or key.startswith(PERSON) or replaced:
             continue
         yield from _leaves(value, f"{name}.{key}" if name else key)
 

@@ -47,7 +47,7 @@ def sentences(found: Distribution) -> list[str]:
             "studies."
         ),
     ]
-    if found.study == biet2007.STUDY and found.amplitudes_um_pp:
+    if found.study == biet2007.STUDY and found.levels:
         lines.append(_paper(found))
     lines += [
         f"{count} of {number} studies could not be analysed and count as studies in which no "
@@ -60,7 +60,7 @@ def sentences(found: Distribution) -> list[str]:
 def _paper(found: Distribution) -> str:
     """Report how many published cells of Table III lie within the simulated range."""
     inside = total = 0
-    for amplitude in found.amplitudes_um_pp:
+    for amplitude in found.levels:
         row = biet2007.BY_AMPLITUDE.get(amplitude)
         for statistic in STATISTICS:
             cell = found.cell(amplitude, statistic)
@@ -78,12 +78,12 @@ def print_distribution(found: Distribution) -> None:
     """Print the spread of each cell of Table III, the main results, and the conclusions."""
     target = Console()
     head = {"title_justify": "left", "title_style": "bold", "box": box.SIMPLE_HEAD}
-    if found.amplitudes_um_pp:
+    if found.levels:
         cells = Table(title="Table III: median (5th to 95th percentile of the studies)", **head)  # type: ignore[arg-type]
         cells.add_column(f"{found.quantity.name}\n{found.quantity.unit_in_short}", justify="right")
         for title in STATISTICS.values():
             cells.add_column(title.lower(), justify="right", no_wrap=True)
-        for amplitude in found.amplitudes_um_pp:
+        for amplitude in found.levels:
             row = [found.cell(amplitude, statistic) for statistic in STATISTICS]
             texts = [f"{c.median:.1f} ({c.p5:.1f} to {c.p95:.1f})" if c else "–" for c in row]
             cells.add_row(f"{amplitude:g}", *texts)

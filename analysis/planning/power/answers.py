@@ -213,7 +213,7 @@ def sentence(design: Design, row: Row) -> str:
         tests += "; repeated-measures ANOVA for effects of factors"
     first = (
         f"With {condition.participants} participants and {condition.repetitions} {ratings} of each "
-        f"of {len(design.task.amplitudes_um_pp)} surfaces, every planned comparison ({tests}; "
+        f"of {len(design.task.levels)} surfaces, every planned comparison ({tests}; "
         f"two-sided, alpha = {design.alpha:g}) was significant in at least {weak.value:.0%} of "
         f"{weak.studies:,} simulated studies (95 % Monte Carlo interval {weak.low:.1%} to "
         f"{weak.high:.1%}) with people from population '{design.population.name}'{people}"

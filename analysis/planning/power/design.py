@@ -75,7 +75,7 @@ class Design:
         named = self.choices.tests
         chosen = list(TESTS) if named is None else [test for test in known if test in set(named)]
         # These tests need at least three amplitudes. Two amplitudes are compared pairwise.
-        if len(self.task.amplitudes_um_pp) < 3:  # noqa: PLR2004
+        if len(self.task.levels) < 3:  # noqa: PLR2004
             chosen = [test for test in chosen if test not in ("friedman", "page_trend")]
         return tuple(chosen)
 
@@ -194,7 +194,7 @@ def design_of(study: Study, text: str, population: Population, alpha: float) -> 
     return Design(
         name=study.name,
         task=Task(
-            amplitudes_um_pp=tuple(sorted(study.levels)),
+            levels=tuple(sorted(study.levels)),
             repetitions=options.repetitions,
             practice=options.practice,
             order=options.randomisation,
@@ -238,7 +238,7 @@ def _steps(
                 return None
             before, after = _around(counts, place)
             return StepTask(
-                descent_um_pp=tuple(falling),
+                descent_level=tuple(falling),
                 series=options.series * conditions,
                 catch_steps=options.catch_steps,
                 trials_before=before,

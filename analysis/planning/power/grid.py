@@ -69,9 +69,9 @@ class Condition:
     def people(self, population: Population) -> Population:
         """Apply this condition's effect, exponent, lapses and dropout to a population."""
         centre = math.fsum(population.mean_sensation) / len(population.mean_sensation)
-        top_um_pp, top = population.levels[-1], population.mean_sensation[-1]
+        top_level, top = population.levels[-1], population.mean_sensation[-1]
         mean = tuple(
-            top * (amplitude / top_um_pp) ** self.exponent if self.exponent and amplitude else own
+            top * (amplitude / top_level) ** self.exponent if self.exponent and amplitude else own
             for amplitude, own in zip(population.levels, population.mean_sensation, strict=True)
         )
         mean = tuple(centre + self.effect * (each - centre) for each in mean)

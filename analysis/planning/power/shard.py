@@ -120,7 +120,7 @@ class Shard:
         )
         if design.choices.exclusions:
             ratings = excluded(design, ratings)
-        found = tables(ratings, task.amplitudes_um_pp, design.rule, design.choices.zero_rule)
+        found = tables(ratings, task.levels, design.rule, design.choices.zero_rule)
         outcome = at_once(design, found, self.looks)
         more = {**of_factors(design, ratings), **one_by_one(design, ratings)}
         outcome = replace(outcome, found={**outcome.found, **more})
@@ -151,8 +151,7 @@ def at_once(design: Design, found: Tables, looks: Looks = Looks()) -> Outcome:
     confidence = design.choices.confidence
     of_means = half_widths(found.cells, confidence)
     widths = {"exponent": half_widths(exponents(found), confidence)} | {
-        f"mean at {amplitude:g}": of_means[:, place]
-        for place, amplitude in enumerate(found.amplitudes_um_pp)
+        f"mean at {amplitude:g}": of_means[:, place] for place, amplitude in enumerate(found.levels)
     }
     return Outcome(
         studies=len(found.usable),
@@ -167,7 +166,7 @@ def of_factors(design: Design, ratings: Ratings) -> dict[str, int]:
     task = design.task
     if not task.factors:
         return {}
-    amplitudes = task.amplitudes_um_pp
+    amplitudes = task.levels
     crossed = tables(
         replace(ratings, amplitude=ratings.condition * len(amplitudes) + ratings.amplitude),
         amplitudes * len(task.conditions),
@@ -184,10 +183,10 @@ def of_factors(design: Design, ratings: Ratings) -> dict[str, int]:
 def _pairs_told(design: Design, found: Tables, alpha: float) -> dict[str, NDArray[np.bool_]]:
     """Return, per pair of neighbouring amplitudes, which studies find a significant difference."""
     p = pairwise(found, design.choices.primary)
-    known = pairs(found.amplitudes_um_pp)
+    known = pairs(found.levels)
     return {
         pair_name(*pair): (p[:, known.index(pair)] < alpha) & found.usable
-        for pair in neighbours(found.amplitudes_um_pp)
+        for pair in neighbours(found.levels)
     }
 
 
@@ -213,13 +212,13 @@ def _any_difference(design: Design, found: Tables) -> Array:
     return np.asarray(pairwise(found, design.choices.primary).min(axis=1))
 
 
-def pair_name(low_um_pp: float, high_um_pp: float) -> str:
+def pair_name(low: float, high: float) -> str:
     """Return the name of a pair of amplitudes.
 
     >>> pair_name(0.0, 0.5)
     '0 - 0.5'
     """
-    return f"{low_um_pp:g} - {high_um_pp:g}"
+    return f"{low:g} - {high:g}"
 
 
 def excluded(design: Design, ratings: Ratings) -> Ratings:
@@ -242,7 +241,7 @@ def _dataset(design: Design, ratings: Ratings, study: int) -> Dataset:
     return simulated_dataset(
         ratings,
         study,
-        design.task.amplitudes_um_pp,
+        design.task.levels,
         design.choices,
         declared=design.declared,
         conditions=design.task.conditions,

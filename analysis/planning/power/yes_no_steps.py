@@ -31,7 +31,7 @@ class StepTask:
 
     Parameters
     ----------
-    descent_um_pp : tuple of float
+    descent_level : tuple of float
         Amplitudes in a series, in descending order.
     series, catch_steps : int
         Number of series, and number of catch steps (without a change) in each series.
@@ -39,7 +39,7 @@ class StepTask:
         Number of trials in the run's other tasks, before and after this task.
     """
 
-    descent_um_pp: tuple[float, ...]
+    descent_level: tuple[float, ...]
     series: int
     catch_steps: int
     trials_before: int = 0
@@ -48,7 +48,7 @@ class StepTask:
     @property
     def trials(self) -> int:
         """Number of steps, including catch steps."""
-        return self.series * (len(self.descent_um_pp) - 1 + self.catch_steps)
+        return self.series * (len(self.descent_level) - 1 + self.catch_steps)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -57,13 +57,13 @@ class StepAnswers:
 
     Parameters
     ----------
-    removed_um_pp : array
+    removed_level : array
         Decrease in amplitude at each step; 0 at catch steps.
     felt : array
         1 for "yes", 0 for "no", NaN after the person dropped out.
     """
 
-    removed_um_pp: Array
+    removed_level: Array
     felt: Array
 
 
@@ -77,14 +77,14 @@ def simulate_steps(
 ) -> StepAnswers:
     """Simulate studies step by step; for parameters, see `simulate_ratings`."""
     shape = (studies, participants)
-    mean = np.array([curves(population).mean(each) for each in task.descent_um_pp])
+    mean = np.array([curves(population).mean(each) for each in task.descent_level])
     catch = np.concatenate(
         [_catch_marks(task, shape, rng) for _ in range(task.series)], axis=2, dtype=np.bool_
     )
     # The real steps are the same in each series, in the same order.
-    place = (np.cumsum(~catch, axis=2) - 1) % (len(task.descent_um_pp) - 1)
+    place = (np.cumsum(~catch, axis=2) - 1) % (len(task.descent_level) - 1)
     changes = np.where(catch, 0.0, np.abs(np.diff(mean))[place])
-    removed = np.where(catch, 0.0, np.abs(np.diff(task.descent_um_pp))[place])
+    removed = np.where(catch, 0.0, np.abs(np.diff(task.descent_level))[place])
     threshold = population.noise * np.exp(population.threshold_sigma * rng.normal(size=shape))
     criterion = population.criterion + population.criterion_sd * rng.normal(size=shape)
     strength = changes / threshold[..., None] + rng.normal(size=changes.shape)
@@ -99,14 +99,14 @@ def simulate_steps(
         last = np.where(rng.uniform(size=shape) < habits.dropout, last, math.inf)
         number = task.trials_before + np.arange(task.trials)
         felt = np.where(number > last[..., None], np.nan, felt)
-    return StepAnswers(removed_um_pp=removed, felt=felt)
+    return StepAnswers(removed_level=removed, felt=felt)
 
 
 def _catch_marks(
     task: StepTask, shape: tuple[int, int], rng: np.random.Generator
 ) -> NDArray[np.bool_]:
     """Draw the positions of catch steps in each series; all positions are equally likely."""
-    marks = np.array([False] * (len(task.descent_um_pp) - 1) + [True] * task.catch_steps)
+    marks = np.array([False] * (len(task.descent_level) - 1) + [True] * task.catch_steps)
     return rng.permuted(np.broadcast_to(marks, (*shape, len(marks))), axis=2)
 
 
@@ -121,12 +121,12 @@ def precision(answers: StepAnswers, confidence: float) -> dict[str, Sums]:
     """
     widths = [
         _half_width(*_catch_counts(removed, felt), confidence)
-        for removed, felt in zip(answers.removed_um_pp, answers.felt, strict=True)
+        for removed, felt in zip(answers.removed_level, answers.felt, strict=True)
     ]
     bounds = [
         _lower_bound(removed, felt, confidence)
         for removed, felt in zip(
-            answers.removed_um_pp[:D_PRIME_STUDIES], answers.felt[:D_PRIME_STUDIES], strict=True
+            answers.removed_level[:D_PRIME_STUDIES], answers.felt[:D_PRIME_STUDIES], strict=True
         )
     ]
     return {CATCH_WIDTH: Sums.of(np.array(widths)), D_PRIME_LOW: Sums.of(np.array(bounds))}

@@ -28,7 +28,6 @@ from slipscale.experiments.participants.simulated_people.bare_run import (
 from slipscale.experiments.participants.simulated_people.population import Population
 from slipscale.experiments.steps.steps import Ask, EndTrial, Present
 from slipscale.experiments.study.run_plan import RunPlan
-from slipscale.stimuli.field_names import in_um
 
 #: Types of steps from which the rows of a task's table are built.
 TOLD = (Present, Ask, EndTrial)
@@ -80,7 +79,7 @@ def _rows(study: ProtocolStudy, plan: RunPlan, steps: list[BareStep]) -> pd.Data
     trials = gather(_records(steps)).trials.get(study.task, [])
     main = [trial for trial in trials if trial.trial.phase == MAIN]
     columns = {**protocol.design, **protocol.stimulus, **protocol.response}
-    found = {in_um(name): [each.value(trial) for trial in main] for name, each in columns.items()}
+    found = {name: [each.value(trial) for trial in main] for name, each in columns.items()}
     third = f"{INTERVAL}3_surface"
     return pd.DataFrame(
         {**found, "task": study.task, third: [trial.intervals.get(3) for trial in main]}
@@ -105,13 +104,13 @@ def read_answers(study: ProtocolStudy, rows: pd.DataFrame) -> Answered | None:
         return None
     if study.marks == RATIO:
         return Answered("ratio", exponent=_exponent(rows))
-    frame = rows.rename(columns={study.marks[0]: "level_um_pp"})
-    frame = told_choices(frame.astype({"level_um_pp": float}), study.marks)
-    main = frame[frame["correct"].notna() & frame["level_um_pp"].notna() & ~frame["catch"]]
+    frame = rows.rename(columns={study.marks[0]: "track_level"})
+    frame = told_choices(frame.astype({"track_level": float}), study.marks)
+    main = frame[frame["correct"].notna() & frame["track_level"].notna() & ~frame["catch"]]
     if main.empty:
         return None
     method = str(main["method"].iloc[0])
-    levels, correct = main["level_um_pp"].tolist(), main["correct"].astype(bool).tolist()
+    levels, correct = main["track_level"].tolist(), main["correct"].astype(bool).tolist()
     return Answered(method, Answers.of_trials(levels, correct))
 
 

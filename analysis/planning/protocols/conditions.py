@@ -31,7 +31,6 @@ from slipscale.experiments.steps.trial import factor_level
 from slipscale.experiments.study.factors import Factor, conditions_of
 from slipscale.experiments.study.file import parse_study
 from slipscale.faults import UserError
-from slipscale.stimuli.field_names import in_um
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -121,7 +120,7 @@ def _axis_values(
         Thresholds; NaN for participants without a threshold.
     """
     conditions = [
-        {in_um(name): factor_level(value) for name, value in values.items()}
+        {name: factor_level(value) for name, value in values.items()}
         for values in (condition.values for condition in conditions_of(factors))  # noqa: PD011
     ]
     rows, _ = rows_of(study, participants, seed, population)
@@ -150,9 +149,7 @@ def _rows(
         thresholds = means(np.moveaxis(last, 2, 0))
         places = tuple(map(float, range(len(names))))
         everything = np.ones(studies, dtype=np.bool_)
-        tables = Tables(
-            amplitudes_um_pp=places, cells=thresholds, logs=thresholds, usable=everything
-        )
+        tables = Tables(levels=places, cells=thresholds, logs=thresholds, usable=everything)
         p = pairwise(tables, "logarithms")
         for pair, (first, second) in enumerate(combinations(range(len(names)), 2)):
             change = thresholds[..., second] - thresholds[..., first]

@@ -167,7 +167,7 @@ def _exponents(
     )
     if design.choices.exclusions:
         ratings = excluded(design, ratings)
-    found = tables(ratings, design.task.amplitudes_um_pp, design.rule, design.choices.zero_rule)
+    found = tables(ratings, design.task.levels, design.rule, design.choices.zero_rule)
     return np.where(found.usable[:, None], exponents(found), np.nan)
 
 

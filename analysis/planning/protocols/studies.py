@@ -26,13 +26,12 @@ from slipscale.experiments.steps.steps import Present
 from slipscale.experiments.study.file import read_study
 from slipscale.experiments.study.run_plan import RunPlan
 from slipscale.faults import UserError
-from slipscale.stimuli.field_names import in_um
 
 #: Options that determine a task's number of trials, in order of preference.
 AMOUNTS = ("repetitions", "most_trials")
 EXPONENT, DETECTION, DIFFERENCE = "exponent", "detection threshold", "difference threshold"
 #: Columns of level and answer in tasks with ratio judgements.
-RATIO = ("comparison_um_pp", "ratio")
+RATIO = ("comparison_level", "ratio")
 #: Number of simulated people whose median time is a study's duration.
 TIMED = 24
 
@@ -136,7 +135,7 @@ def protocol_study(name: str) -> ProtocolStudy:
 def _answers(protocol: Protocol, options: Options) -> tuple[str | None, tuple[str, str] | None]:
     """Return the quantity that a task estimates, and its answer columns; either may be None."""
     own = (*protocol.design, *protocol.stimulus, *protocol.response)
-    columns = {in_um(name) for name in own}
+    columns = set(own)
     if isinstance(options, MagnitudeEstimation):
         return EXPONENT, None
     if columns.issuperset(RATIO):

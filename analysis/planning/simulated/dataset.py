@@ -21,7 +21,7 @@ from slipscale.experiments.study.analysis_choices import AnalysisChoices
 def simulated_dataset(
     ratings: Ratings,
     study: int,
-    amplitudes_um_pp: Sequence[float],
+    levels: Sequence[float],
     choices: AnalysisChoices,
     *,
     declared: bool,
@@ -34,7 +34,7 @@ def simulated_dataset(
     ratings : Ratings
     study : int
         Index of the study, from 0.
-    amplitudes_um_pp : sequence of float
+    levels : sequence of float
         Amplitudes in ascending order.
     choices : AnalysisChoices
         The study's choices.
@@ -55,7 +55,7 @@ def simulated_dataset(
             "session": _label("", len(who)),
             "run": _label("01", len(who)),
             "trial": np.tile(np.arange(1.0, trials + 1), people),
-            "amplitude_um_pp": np.array(amplitudes_um_pp)[ratings.amplitude[study].ravel()],
+            "level": np.array(levels)[ratings.amplitude[study].ravel()],
             "estimate": np.round(percent.ravel() / 100 * top, 6),
             "response_time": np.full(len(who), np.nan),
             "scale_top": top if declared else np.full(len(who), np.nan),
@@ -67,8 +67,8 @@ def simulated_dataset(
     )
     which = np.broadcast_to(ratings.condition, ratings.percent.shape)[study].ravel()
     for factor in conditions[0]:
-        levels = np.array([each[factor] for each in conditions])
-        frame[f"{FACTOR}{factor}"] = pd.Categorical(levels[which])
+        values = np.array([each[factor] for each in conditions])
+        frame[f"{FACTOR}{factor}"] = pd.Categorical(values[which])
     # Excluded participants have no rows. Participants who dropped out have no later rows.
     answered = frame[frame["estimate"].notna()].reset_index(drop=True)
     participants = answered[PARTICIPANT].cat.remove_unused_categories()

@@ -46,7 +46,7 @@ class Task:
 
     Parameters
     ----------
-    amplitudes_um_pp : tuple of float
+    levels : tuple of float
         Amplitudes in ascending order.
     repetitions, practice : int
         Number of ratings per surface in main trials, and in practice before them.
@@ -63,7 +63,7 @@ class Task:
         Names and levels of factors; the task is repeated in each combination of levels.
     """
 
-    amplitudes_um_pp: tuple[float, ...]
+    levels: tuple[float, ...]
     repetitions: int = 1
     practice: int = 0
     order: Rule = "blocked"
@@ -82,7 +82,7 @@ class Task:
     @property
     def trials(self) -> int:
         """Number of trials in a condition, including practice."""
-        return len(self.amplitudes_um_pp) * (self.repetitions + self.practice)
+        return len(self.levels) * (self.repetitions + self.practice)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -157,7 +157,7 @@ def simulate_ratings(
         [
             draw_orders(
                 task.order,
-                len(task.amplitudes_um_pp),
+                len(task.levels),
                 task.repetitions,
                 task.practice,
                 no_immediate_repeat=task.no_immediate_repeat,
@@ -203,7 +203,7 @@ class _People:
             shape,
         )
         known = curves(population)
-        amplitudes = task.amplitudes_um_pp
+        amplitudes = task.levels
         self.block = len(amplitudes) if task.order != "simple" else 0
         self.practice, self.planned = task.practice * len(amplitudes), task.trials
         self.conditions = task.conditions

@@ -31,14 +31,14 @@ class Tables:
 
     Parameters
     ----------
-    amplitudes_um_pp : tuple of float
+    levels : tuple of float
     cells, logs : array, shape (studies, participants, amplitudes)
         Mean estimates, and mean natural logarithms of the estimates; NaN if missing.
     usable : bool array, shape (studies,)
         False if `analyse` would reject the study because it cannot be normalised.
     """
 
-    amplitudes_um_pp: tuple[float, ...]
+    levels: tuple[float, ...]
     cells: Array
     logs: Array
     usable: NDArray[np.bool_]
@@ -46,7 +46,7 @@ class Tables:
     def first(self, participants: int) -> Tables:
         """Return the studies reduced to their first `participants` participants."""
         return Tables(
-            amplitudes_um_pp=self.amplitudes_um_pp,
+            levels=self.levels,
             cells=self.cells[:, :participants],
             logs=self.logs[:, :participants],
             usable=self.usable,
@@ -86,9 +86,7 @@ def _moduli(estimates: Array) -> Array:
     return np.asarray(np.exp(own - np.nanmean(own, axis=1)[:, None]))
 
 
-def tables(
-    ratings: Ratings, amplitudes_um_pp: Sequence[float], rule: str, zero_rule: ZeroRule
-) -> Tables:
+def tables(ratings: Ratings, levels: Sequence[float], rule: str, zero_rule: ZeroRule) -> Tables:
     """Normalise simulated studies, and return the means per participant and amplitude.
 
     Parameters
@@ -100,7 +98,7 @@ def tables(
     """
     import warnings  # noqa: PLC0415
 
-    k = len(amplitudes_um_pp)
+    k = len(levels)
     percent = ratings.by_amplitude(ratings.percent, k)
     estimates = percent / 100 * ratings.scale_top[..., None]
     with warnings.catch_warnings(), np.errstate(divide="ignore", invalid="ignore"):
@@ -122,7 +120,7 @@ def tables(
         if zero_rule == "refuse":
             final = np.where(np.any(zero, axis=(0, 2, 3), keepdims=True), np.nan, final)
         return Tables(
-            amplitudes_um_pp=tuple(amplitudes_um_pp),
+            levels=tuple(levels),
             cells=means(scaled),
             logs=means(final),
             usable=usable,
@@ -212,14 +210,14 @@ def _mean_p(values: Array) -> Array:
 
 
 def _trend(found: Tables) -> Array:
-    amplitudes = np.array(found.amplitudes_um_pp)
+    amplitudes = np.array(found.levels)
     weights = amplitudes - amplitudes.mean()
     return _mean_p(found.logs @ (weights / (weights**2).sum()))
 
 
 def exponents(found: Tables) -> Array:
     """Return participants' exponents, shape (studies, participants); NaN if undefined."""
-    amplitudes = np.array(found.amplitudes_um_pp)
+    amplitudes = np.array(found.levels)
     above = amplitudes > 0
     if above.sum() < 2:  # noqa: PLR2004
         return np.full(found.cells.shape[:2], np.nan)
@@ -236,15 +234,15 @@ TESTS: dict[str, Callable[[Tables], Array]] = {
 OMNIBUS: dict[Primary, str] = {"ranks": "friedman", "logarithms": "rm_anova"}
 
 
-def pairs(amplitudes_um_pp: Sequence[float]) -> list[tuple[float, float]]:
+def pairs(levels: Sequence[float]) -> list[tuple[float, float]]:
     """Return all pairs of amplitudes, in the same order as in the report."""
-    return list(combinations(amplitudes_um_pp, 2))
+    return list(combinations(levels, 2))
 
 
 def pairwise(found: Tables, primary: Primary) -> Array:
     """Return Holm-corrected p-values for all pairs, shape (studies, pairs); 1 if undefined."""
     values = found.cells if primary == "ranks" else found.logs
-    low, high = np.transpose(list(combinations(range(len(found.amplitudes_um_pp)), 2)))
+    low, high = np.transpose(list(combinations(range(len(found.levels)), 2)))
     # One row per study and pair.
     differences = np.swapaxes(values[..., high] - values[..., low], 1, 2)
     raw = PAIRED[primary](differences.reshape(-1, values.shape[1])).reshape(len(values), -1)

@@ -68,7 +68,7 @@ def read_answers(
 
 def _tasks(choices: pd.DataFrame, mapping: TableMapping, problems: Problems) -> pd.Series[str]:
     """Return the task label of each trial: one task per standard, because functions differ."""
-    standards = choices["standard_um_pp"] * mapping.stimulus.factor
+    standards = choices["standard_level"] * mapping.stimulus.factor
     apart = told_apart(standards, mapping.quantity).unique()
     if len(apart) < 2:  # noqa: PLR2004 - several
         return pd.Series(ANSWERS, choices.index)
@@ -162,8 +162,8 @@ def _choices(
         method=method,
         catch=False,
         track=np.nan,
-        standard_um_pp=standard,
-        level_um_pp=level,
+        standard_level=standard,
+        track_level=level,
         correct=steps["difference_felt"] == 1,
         response_time=np.nan,
     )[answered].reset_index(drop=True)

@@ -6,7 +6,7 @@ from slipscale.analysis.reading.trial_tables import BLOCK, ESTIMATION
 from slipscale.experiments.dataset.schema import PARTICIPANT
 
 STIMULUS, RESPONSE = ESTIMATION.required
-REFERENCE, ANSWER = "amplitude_before_um_pp", "difference_felt"
+REFERENCE, ANSWER = "level_before", "difference_felt"
 GROUP = "group"
 #: Columns in Slipscale's tables, keyed by field name of `mapping.Columns`.
 OURS = {

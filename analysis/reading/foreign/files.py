@@ -86,7 +86,9 @@ def _folder(
     needed += [c for c in mapping.table.only if c not in (*needed, *from_names)]
     paths = _of_task(folder, task)
     paths = _one_per_run(paths, frozenset(needed), problems)
-    frame, sources = read_tables(paths, folder, required=needed, columns=needed, problems=problems)
+    frame, sources = read_tables(
+        paths, folder, required=needed, columns=needed, problems=problems, foreign=True
+    )
     of_files = [dict(BIDS_LABEL.findall(path.stem)) for path in paths]
     for column, label in from_names.items():
         prefix = f"{label}-" if label == "sub" else ""
@@ -133,7 +135,7 @@ def _one_per_run(paths: list[Path], needed: frozenset[str], problems: Problems) 
     for path in paths:
         runs.setdefault(path.stem.rpartition("_")[0], []).append(path)
     kept = [
-        min(run, key=lambda path: (not needed <= header_of(path), path.name))
+        min(run, key=lambda path: (not needed <= header_of(path, foreign=True), path.name))
         for run in runs.values()
     ]
     if more := len(paths) - len(kept):

@@ -120,7 +120,7 @@ def read_foreign(
         for part, columns in (
             (estimates, (STIMULUS,)),
             (differences, (STIMULUS, REFERENCE)),
-            (choices, ("level_um_pp", "standard_um_pp")),
+            (choices, ("track_level", "standard_level")),
         ):
             for name in columns if len(part) else ():
                 part[name] = told_apart(part[name] * mapping.stimulus.factor, quantity)

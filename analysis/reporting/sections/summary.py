@@ -86,7 +86,7 @@ def _figure(analysis: Analysis, svg: str) -> Markup:
     quantity = analysis.dataset.quantity
     geometric = analysis.prepared is not None and analysis.prepared.geometric
     kind, column = ("geometric mean", "geometric_mean") if geometric else ("mean", "mean")
-    means = analysis.description[["amplitude_um_pp", column]].itertuples(index=False)
+    means = analysis.description[["level", column]].itertuples(index=False)
     return html.figure(
         svg,
         f"{capitalised(quantity.perceived)} against {quantity.in_full}. "

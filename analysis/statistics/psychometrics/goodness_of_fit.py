@@ -83,7 +83,7 @@ def goodness_of_fit(
         return NotComputed(few("levels with more than one answer", repeated, needed))
     model = model_of(fitted.method, fitted.curve, fitted.share, largest_lapse)
     counts = counts_of(answers, model)
-    proportion = fitted.proportion(answers.levels_um_pp)
+    proportion = fitted.proportion(answers.levels)
     observed = float(deviance(counts, proportion[None])[0])
     rng = np.random.default_rng(seed)
     if tracks is None or generating is None:

@@ -164,12 +164,12 @@ class Fits:
         return np.asarray(value <= low + near), np.asarray(value >= high - near)
 
 
-def coordinates(curve: Curve, levels_um_pp: Array) -> Array:
+def coordinates(curve: Curve, levels: Array) -> Array:
     """Return the positions of levels on the curve's axis.
 
     All positions are finite. On a logarithmic axis, a level of 0 becomes `FAR_BELOW`.
     """
-    return np.maximum(curve.coordinate(levels_um_pp), FAR_BELOW)
+    return np.maximum(curve.coordinate(levels), FAR_BELOW)
 
 
 def search_bounds(model: Model, u: Array) -> Bounds:

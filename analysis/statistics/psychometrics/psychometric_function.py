@@ -12,7 +12,7 @@ from typing import Literal
 
 import numpy as np
 
-from slipscale.analysis.json_form import bounds
+from slipscale.analysis.json_form import Unchanged, bounds
 from slipscale.analysis.statistics.confidence_interval import ConfidenceInterval
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.statistics.psychometrics.psychometric_fit import Array, Guess
@@ -52,8 +52,8 @@ class Answers:
 
     Parameters
     ----------
-    levels_um_pp : array, shape (levels,)
-        Levels in µm peak to peak, in ascending order.
+    levels : array, shape (levels,)
+        Levels in ascending order.
     correct, trials : array, shape (levels,)
         Number of correct (or "yes") answers, and number of all answers.
 
@@ -63,16 +63,16 @@ class Answers:
         If the lengths differ, the levels are not ascending, or a count is impossible.
     """
 
-    levels_um_pp: Array
+    levels: Array
     correct: Array
     trials: Array
 
     def __post_init__(self) -> None:
-        levels, correct, trials = self.levels_um_pp, self.correct, self.trials
+        levels, correct, trials = self.levels, self.correct, self.trials
         if not levels.shape == correct.shape == trials.shape or levels.ndim != 1:
             raise UserError("answers: levels, correct and trials must have equal lengths")
         if not np.isfinite(levels).all() or np.any(np.diff(levels) <= 0):
-            raise UserError("answers: levels_um_pp must be finite and ascending")
+            raise UserError("answers: levels must be finite and ascending")
         if np.any(trials < 1) or np.any(correct < 0) or np.any(correct > trials):
             raise UserError(
                 "answers: each level needs at least one trial, and no more correct answers than "
@@ -80,11 +80,11 @@ class Answers:
             )
 
     @classmethod
-    def of_trials(cls, levels_um_pp: Sequence[float], correct: Sequence[bool]) -> Answers:
+    def of_trials(cls, levels: Sequence[float], correct: Sequence[bool]) -> Answers:
         """Summarise single trials, such as the trials of an adaptive track, as counts per level."""
-        levels, place = np.unique(np.asarray(levels_um_pp, float), return_inverse=True)
+        apart, place = np.unique(np.asarray(levels, float), return_inverse=True)
         return cls(
-            levels_um_pp=levels,
+            levels=apart,
             correct=np.bincount(place, weights=np.asarray(correct, float)).astype(float),
             trials=np.bincount(place).astype(float),
         )
@@ -117,11 +117,11 @@ class PsychometricFunction:
         and name of the method of the experiment (a key of `METHODS`).
     share : float
         Value of the curve at the threshold, without guesses and lapses.
-    threshold_um_pp : Estimate
-        Threshold in µm peak to peak. A limit of the interval is infinite if the data do not
+    threshold_level : Estimate
+        Threshold. A limit of the interval is infinite if the data do not
         determine it; for a logarithmic curve, such a lower limit is 0.
     slope : Estimate or NotComputed
-        Slope of the curve's argument per µm. For a logarithmic curve, the slope is dimensionless.
+        Slope of the curve's argument per unit of the level; dimensionless for a logarithmic curve.
     lapse, guess : float
         Lapse rate (1 minus the upper asymptote), and lower asymptote.
     slope_value : float
@@ -133,7 +133,7 @@ class PsychometricFunction:
     curve: str
     method: str
     share: float
-    threshold_um_pp: Estimate
+    threshold_level: Estimate
     slope: Estimate | NotComputed
     slope_value: float
     lapse: float
@@ -141,15 +141,15 @@ class PsychometricFunction:
     trials: int
     levels: int
 
-    def proportion(self, levels_um_pp: Array) -> Array:
-        """Return the proportion correct at levels in µm peak to peak."""
+    def proportion(self, levels: Array) -> Array:
+        """Return the proportion correct at levels."""
         curve = CURVES[self.curve]
         z = float(curve.inverse(np.array(self.share))) + self.slope_value * (
-            curve.coordinate(levels_um_pp) - curve.coordinate(self.threshold_um_pp.value)
+            curve.coordinate(levels) - curve.coordinate(self.threshold_level.value)
         )
         return np.asarray(self.guess + (1 - self.guess - self.lapse) * curve.distribution(z))
 
-    def level_um_pp(self, proportion: float) -> float:
+    def level_at(self, proportion: float) -> float:
         """Return the level at which a given proportion of answers is correct.
 
         Raises
@@ -165,7 +165,7 @@ class PsychometricFunction:
         curve = CURVES[self.curve]
         share = (proportion - self.guess) / (1 - self.guess - self.lapse)
         z = curve.inverse(np.array([share, self.share]))
-        u = curve.coordinate(self.threshold_um_pp.value) + (z[0] - z[1]) / self.slope_value
+        u = curve.coordinate(self.threshold_level.value) + (z[0] - z[1]) / self.slope_value
         return float(curve.level(u))
 
     def json_form(self) -> Mapping[str, object]:
@@ -173,12 +173,12 @@ class PsychometricFunction:
         slope = self.slope
         return {
             "estimator": self.estimator,
-            "threshold_um": self.threshold_um_pp.value,
-            "threshold_ci": self.threshold_um_pp.interval,
+            "threshold_level": self.threshold_level.value,
+            "threshold_ci": self.threshold_level.interval,
             "slope": slope.value if slope else slope,
             "slope_ci": bounds(slope.interval if slope else None),
             "lapse": self.lapse,
             "guess": self.guess,
             "trials": self.trials,
-            "levels": self.levels,
+            Unchanged("levels"): self.levels,
         }

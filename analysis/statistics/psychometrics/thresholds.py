@@ -76,7 +76,7 @@ def fit_threshold(
         curve=curve,
         method=method,
         share=share,
-        threshold_um_pp=estimate(
+        threshold_level=estimate(
             model.curve.level([theta[likelihood.THRESHOLD], low, high]), confidence
         ),
         slope=NotComputed("the answers jump between two levels, so the best slope is infinite")
@@ -86,7 +86,7 @@ def fit_threshold(
         lapse=float(theta[likelihood.LAPSE]),
         guess=float(theta[likelihood.LAPSE if equal else likelihood.GUESS]),
         trials=int(answers.trials.sum()),
-        levels=len(answers.levels_um_pp),
+        levels=len(answers.levels),
     )
 
 
@@ -171,13 +171,13 @@ def fit_threshold_by_posterior(
         curve=curve,
         method=method,
         share=share,
-        threshold_um_pp=estimate(model.curve.level(found.threshold), confidence),
+        threshold_level=estimate(model.curve.level(found.threshold), confidence),
         slope=_slope(ends, answers, confidence),
         slope_value=float(ends[0]),
         lapse=found.lapse,
         guess=found.lapse if model.guess == "equal to lapse" else found.guess,
         trials=int(answers.trials.sum()),
-        levels=len(answers.levels_um_pp),
+        levels=len(answers.levels),
     )
 
 
@@ -203,7 +203,7 @@ def model_of(method: str, curve: str, share: float, largest_lapse: float) -> Mod
 
 def counts_of(answers: Answers, model: Model) -> Counts:
     """Convert answers to a single data set for `psychometric_fit`."""
-    u = likelihood.coordinates(model.curve, answers.levels_um_pp)
+    u = likelihood.coordinates(model.curve, answers.levels)
     return Counts(u[None], answers.correct[None], answers.trials[None])
 
 
@@ -219,12 +219,11 @@ def _likeliest(answers: Answers, model: Model) -> likelihood.Fits | NotComputed:
 
 
 def _too_little(answers: Answers, model: Model) -> str | None:
-    if model.curve.logarithmic and len(answers.levels_um_pp) and answers.levels_um_pp[0] < 0:
+    if model.curve.logarithmic and len(answers.levels) and answers.levels[0] < 0:
         raise UserError(
-            f"a level is {answers.levels_um_pp[0]:g} um_pp, expected 0 or more for a "
-            f"{model.curve.title}"
+            f"a level is {answers.levels[0]:g}, expected 0 or more for a {model.curve.title}"
         )
-    apart = int((model.curve.coordinate(answers.levels_um_pp) > likelihood.FAR_BELOW).sum())
+    apart = int((model.curve.coordinate(answers.levels) > likelihood.FAR_BELOW).sum())
     if apart < 2:  # noqa: PLR2004 - a curve rises between two levels
         return few("levels above 0" if model.curve.logarithmic else "levels", apart, 2)
     if answers.correct.sum() in {0, answers.trials.sum()}:

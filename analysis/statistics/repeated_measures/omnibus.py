@@ -59,7 +59,7 @@ class RmAnova:
     n, n_incomplete : int
         Number of participants tested, and number excluded because they have no log estimate at some
         amplitude.
-    amplitudes_um_pp, left_out_um_pp : tuple of float
+    levels, left_out_levels : tuple of float
         Amplitudes that are compared, and amplitudes that are omitted because every estimate is
         zero.
     """
@@ -80,8 +80,8 @@ class RmAnova:
     shapiro_p: float | None
     n: int
     n_incomplete: int
-    amplitudes_um_pp: tuple[float, ...]
-    left_out_um_pp: tuple[float, ...]
+    levels: tuple[float, ...]
+    left_out_levels: tuple[float, ...]
 
     def json_form(self) -> Mapping[str, object]:
         """Return a dictionary with the keys used in the JSON output."""
@@ -121,22 +121,22 @@ class LinearTrend:
 
     Parameters
     ----------
-    log_slope_per_um_pp : MeanOverParticipants or NotComputed
+    log_slope_per_level : MeanOverParticipants or NotComputed
         Change in the natural logarithm of the estimate per µm peak to peak.
     n, n_incomplete : int
         Number of participants tested, and number excluded because they have no log estimate at some
         amplitude.
     """
 
-    log_slope_per_um_pp: MeanOverParticipants | NotComputed
+    log_slope_per_level: MeanOverParticipants | NotComputed
     n: int
     n_incomplete: int
 
     def json_form(self) -> Mapping[str, object]:
         """Return a dictionary with the keys used in the JSON output."""
         return {
-            "unit": OurName("natural logarithm per um_pp"),
-            **record(self.log_slope_per_um_pp),
+            "unit": OurName("natural logarithm per unit_of_level"),
+            **record(self.log_slope_per_level),
             "n": self.n,
             "n_incomplete": self.n_incomplete,
         }
@@ -230,8 +230,8 @@ def rm_anova(data: Prepared) -> RmAnova | NotComputed:
         shapiro_p=float(normality.pvalue) if normality else None,
         n=len(table),
         n_incomplete=_incomplete(data, table),
-        amplitudes_um_pp=tuple(data.logged),
-        left_out_um_pp=tuple(
+        levels=tuple(data.logged),
+        left_out_levels=tuple(
             amplitude
             for amplitude in data.cells.columns.to_numpy(float).tolist()
             if amplitude not in data.logged
@@ -304,7 +304,7 @@ def linear_trend(data: Prepared) -> LinearTrend | NotComputed:
     weights = amplitudes - amplitudes.mean()
     slopes = table.to_numpy(float) @ (weights / (weights**2).sum())
     return LinearTrend(
-        log_slope_per_um_pp=mean_over_participants(slopes, data.choices.confidence),
+        log_slope_per_level=mean_over_participants(slopes, data.choices.confidence),
         n=len(table),
         n_incomplete=_incomplete(data, table),
     )

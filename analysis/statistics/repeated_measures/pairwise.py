@@ -92,7 +92,7 @@ class PairComparison:
 
     Parameters
     ----------
-    from_um_pp, to_um_pp : float
+    from_level, to_level : float
         The smaller and the larger amplitude in µm peak to peak.
     n, n_logs : int
         Numbers of participants with an estimate (``n``) and with a mean logarithm (``n_logs``) at
@@ -103,8 +103,8 @@ class PairComparison:
         participants).
     """
 
-    from_um_pp: float
-    to_um_pp: float
+    from_level: float
+    to_level: float
     n: int
     n_logs: int
     logs: PairedT | NotComputed
@@ -113,8 +113,8 @@ class PairComparison:
     def json_form(self) -> Mapping[str, object]:
         """Return a dictionary with the keys used in the JSON output."""
         keys: dict[str, object] = {
-            "from_um_pp": self.from_um_pp,
-            "to_um_pp": self.to_um_pp,
+            "from_level": self.from_level,
+            "to_level": self.to_level,
             "n": self.n,
             "n_logs": self.n_logs,
         }
@@ -167,8 +167,8 @@ def pairwise(data: Prepared) -> tuple[PairComparison, ...] | NotComputed:
     raw = [signed_rank_p(each) if len(each) >= FEWEST else nan for each in steps]
     return tuple(
         PairComparison(
-            from_um_pp=float(low),
-            to_um_pp=float(high),
+            from_level=float(low),
+            to_level=float(high),
             n=len(step),
             n_logs=len(difference),
             logs=logs,

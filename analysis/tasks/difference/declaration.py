@@ -25,7 +25,7 @@ from slipscale.stimuli.quantity import capitalised
 #: Columns of the table of yes/no answers; empty columns are omitted.
 ANSWERS = (
     *(PARTICIPANT, "session", "run", "series", "trial", "step"),
-    *("amplitude_before_um_pp", "amplitude_um_pp", "catch", "difference_felt"),
+    *("level_before", "level", "catch", "difference_felt"),
     *("confidence", "response_time", "verbal_report"),
 )
 
@@ -42,8 +42,8 @@ def answers_table(analysis: Analysis) -> pd.DataFrame:
     if not analysis.dataset.quantity.stepped:
         return table.rename(
             columns={
-                "amplitude_before_um_pp": "amplitude_um_pp",
-                "amplitude_um_pp": "reference",
+                "level_before": "level",
+                "level": "reference",
                 "difference_felt": "yes",
             }
         )

@@ -65,7 +65,7 @@ def difference(
     _against_size(bottom, found.psychometric, steps.assign(size=sizes), confidence, quantity)
     bottom.set_title(f"Against {quantity.yes_no.size}")
     if not quantity.stepped:
-        above = ": above the reference" if steps["amplitude_um_pp"].any() else ""
+        above = ": above the reference" if steps["level"].any() else ""
         bottom.set_xlabel(f"{quantity.axis}{above}")
         bottom.set_ylabel(f"“{capitalised(quantity.yes)}”")
     # The legend is outside, because data can be anywhere in the axes.
@@ -76,9 +76,9 @@ def difference(
 def step_label(step: StepAnswers, quantity: Quantity) -> str:
     """Return the label of a step, such as "2.3 → 1.2 µm"."""
     if quantity.stepped:
-        return f"{step.from_um_pp:g} → {quantity.value(step.to_um_pp)}"
-    stimulus = quantity.value(step.from_um_pp)
-    return f"{stimulus} against {step.to_um_pp:g}" if step.to_um_pp else stimulus
+        return f"{step.from_level:g} → {quantity.value(step.to_level)}"
+    stimulus = quantity.value(step.from_level)
+    return f"{stimulus} against {step.to_level:g}" if step.to_level else stimulus
 
 
 def _each_step(

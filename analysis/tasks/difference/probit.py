@@ -55,7 +55,7 @@ class DPrimeOfSize:
 
     Parameters
     ----------
-    removed_um_pp : float
+    removed_level : float
         Step size in µm peak to peak; NaN for all sizes combined.
     steps, yes : int
         Counts of answers and of "yes" answers.
@@ -67,7 +67,7 @@ class DPrimeOfSize:
         infinite if the counts do not determine it.
     """
 
-    removed_um_pp: float
+    removed_level: float
     steps: int
     yes: int
     d_prime: float | None
@@ -144,7 +144,7 @@ def d_primes(
         estimate, low, high = (None, -inf, inf) if same else model.profile(best, place, fall)
         found.append(
             DPrimeOfSize(
-                removed_um_pp=float(kinds[column]),
+                removed_level=float(kinds[column]),
                 steps=int(total[:, column].sum()),
                 yes=int(yes[:, column].sum()),
                 d_prime=estimate,

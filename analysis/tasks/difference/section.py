@@ -63,7 +63,7 @@ def difference(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSection:
     )
     if not quantity.stepped:
         # Participants were not asked about the removed amplitude.
-        if (analysis.dataset.differences["amplitude_um_pp"] > 0).any():
+        if (analysis.dataset.differences["level"] > 0).any():
             section.blocks.append(
                 html.paragraph(
                     "Levels are differences between the stimulus and its reference.", "note"

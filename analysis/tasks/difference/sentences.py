@@ -79,7 +79,7 @@ def own_thresholds(found: DescendingDifference, quantity: Quantity) -> list[str]
     if not own:
         return []
     write = quantity.value
-    values = sorted(one.threshold_um_pp.value for one in own)
+    values = sorted(one.threshold_level.value for one in own)
     text = (
         f"Individual thresholds, available for {len(own)} of {len(found.thresholds)} participants, "
         f"range from {number(values[0])} to {write(number(values[-1]))} with a median of "
@@ -153,7 +153,7 @@ def sensitivity(found: SignalDetection, confidence: float, quantity: Quantity) -
     sizes: dict[str, list[str]] = {}
     for each in found.by_size:
         sizes.setdefault(_d_prime(each, found.pooled, quantity), []).append(
-            f"{each.removed_um_pp:g}"
+            f"{each.removed_level:g}"
         )
     text = ", and ".join(
         f"{d_prime} {quantity.yes_no.at} {quantity.value(joined(same))}"

@@ -21,7 +21,7 @@ from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.experiments.dataset.schema import PARTICIPANT
 from slipscale.stimuli.quantity import PLATE_AMPLITUDE, Quantity
 
-Measure = Literal["removed_um_pp", "weber_fraction"]
+Measure = Literal["removed_level", "weber_fraction"]
 #: Intercept and slope of the curve.
 COEFFICIENTS = 2
 
@@ -32,7 +32,7 @@ class PsychometricCurve:
 
     Parameters
     ----------
-    measure : {"removed_um_pp", "weber_fraction"}
+    measure : {"removed_level", "weber_fraction"}
         Measure of step size: µm peak to peak, or a fraction of the amplitude before the step.
     log_odds_per_unit, se : float
         Slope per unit of step size, and its standard error.
@@ -73,15 +73,15 @@ class PsychometricCurve:
     def json_form(self) -> Mapping[str, object]:
         """Return a dictionary with the keys used in the JSON output."""
         names = {"interval": "ci", "half_yes_interval": "half_yes_ci"}
-        if self.measure == "removed_um_pp":
-            names |= {"log_odds_per_unit": "log_odds_per_um", "half_yes": "half_yes_um"}
+        if self.measure == "removed_level":
+            names |= {"log_odds_per_unit": "log_odds_per_level", "half_yes": "half_yes_level"}
         return renamed(self, **names) | {"measure": OurName(self.measure)}
 
 
 def psychometric(
     steps: pd.DataFrame,
     confidence: float = 0.95,
-    measure: Measure = "removed_um_pp",
+    measure: Measure = "removed_level",
     quantity: Quantity = PLATE_AMPLITUDE,
 ) -> PsychometricCurve | NotComputed:
     """Fit a logistic curve of "yes" answers against step size, with catch steps at 0.
@@ -96,13 +96,13 @@ def psychometric(
     steps : DataFrame
         Answered steps, including catch steps; see
         `slipscale.analysis.reading.dataset.Dataset.differences`.
-    measure : {"removed_um_pp", "weber_fraction"}
+    measure : {"removed_level", "weber_fraction"}
         Measure of step size. Steps that begin at 0 have no Weber fraction and are omitted.
     quantity : Quantity
         Quantity of the presented stimuli. For the plate's amplitude, Weber fractions are relative
         to the amplitude before the step; for other quantities, they are relative to the reference.
     """
-    base = "amplitude_before_um_pp" if quantity.stepped else "amplitude_um_pp"
+    base = "level_before" if quantity.stepped else "level"
     if measure == "weber_fraction":
         steps = steps[steps[base] > 0]
     if not len(steps):
@@ -110,7 +110,7 @@ def psychometric(
         return NotComputed(
             f"every {begins} 0, so there is no Weber fraction for the {quantity.name}"
         )
-    removed = (steps["amplitude_before_um_pp"] - steps["amplitude_um_pp"]).to_numpy(float)
+    removed = (steps["level_before"] - steps["level"]).to_numpy(float)
     if measure == "weber_fraction":
         removed = np.abs(removed) / steps[base].to_numpy(float)
     felt = steps["difference_felt"].to_numpy(float)

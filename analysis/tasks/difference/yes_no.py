@@ -45,8 +45,8 @@ SAME_SIZE = 1e-9
 class StepAnswers:
     """Answers to steps between the same two amplitudes, with an interval for the "yes" rate."""
 
-    from_um_pp: float
-    to_um_pp: float
+    from_level: float
+    to_level: float
     n: int
     yes: int
     interval: ConfidenceInterval
@@ -244,11 +244,11 @@ def analyse_differences(
         return NotComputed(f"no {words.trials[1]} of {words.task} were answered")
     changes = steps[~steps["catch"]]
     catches = steps[steps["catch"]]
-    by_step = changes.groupby(["amplitude_before_um_pp", "amplitude_um_pp"])
+    by_step = changes.groupby(["level_before", "level"])
     rows = [
         StepAnswers(
-            from_um_pp=float(own["amplitude_before_um_pp"].iloc[0]),
-            to_um_pp=float(own["amplitude_um_pp"].iloc[0]),
+            from_level=float(own["level_before"].iloc[0]),
+            to_level=float(own["level"].iloc[0]),
             n=len(own),
             yes=int(own["difference_felt"].sum()),
             interval=interval_of(own, confidence),
@@ -281,9 +281,7 @@ def interval_of(answers: pd.DataFrame, confidence: float) -> ConfidenceInterval:
 
 
 def _repetitions(changes: pd.DataFrame) -> float:
-    cells = changes.groupby(
-        [PARTICIPANT, "amplitude_before_um_pp", "amplitude_um_pp"], observed=True
-    )
+    cells = changes.groupby([PARTICIPANT, "level_before", "level"], observed=True)
     return float(cells.size().mean()) if len(changes) else 0.0
 
 
@@ -327,7 +325,7 @@ def signal_detection(
         by_size=by_size,
         all_sizes=together
         if isinstance(together, NotComputed)
-        else replace(together[0], removed_um_pp=float("nan")),
+        else replace(together[0], removed_level=float("nan")),
         mean_d_prime=_mean_of_own(own, confidence, quantity),
         participants=own,
     )
@@ -338,12 +336,12 @@ def step_sizes(steps: pd.DataFrame) -> NDArray[np.float64]:
 
     >>> step_sizes(
     ...     pd.DataFrame(
-    ...         {"amplitude_before_um_pp": [2.3, 3e-9], "amplitude_um_pp": [1.2, 1e-9]}
+    ...         {"level_before": [2.3, 3e-9], "level": [1.2, 1e-9]}
     ...     )
     ... ).tolist()
     [1.1, 0.0]
     """
-    levels = steps[["amplitude_before_um_pp", "amplitude_um_pp"]].to_numpy(float)
+    levels = steps[["level_before", "level"]].to_numpy(float)
     removed = levels[:, 0] - levels[:, 1]
     largest = float(np.abs(levels).max(initial=0.0))
     if not largest:

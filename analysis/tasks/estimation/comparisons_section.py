@@ -103,7 +103,7 @@ def _equivalence(
             continue
         rows.append(
             [
-                f"{pair.from_um_pp:g} → {pair.to_um_pp:g}",
+                f"{pair.from_level:g} → {pair.to_level:g}",
                 grouped(logs.ratio),
                 interval(*logs.equivalence.interval),
                 p_cell(logs.equivalence_p_holm),
@@ -164,7 +164,7 @@ def _row(pair: PairComparison) -> list[str]:
         ]
     )
     return [
-        f"{pair.from_um_pp:g} → {pair.to_um_pp:g}",
+        f"{pair.from_level:g} → {pair.to_level:g}",
         *tested,
         f"{ranks.up} / {ranks.down}",
         f"{pair.n_logs} / {pair.n}",

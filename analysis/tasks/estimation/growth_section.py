@@ -41,7 +41,7 @@ def growth(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSection:
         )
         return section
     section.gist = apa.growth(found, analysis.dataset.choices.confidence, quantity)
-    section.blocks.append(_models(found.amplitude, quantity))
+    section.blocks.append(_models(found.of_level, quantity))
     if isinstance(found.friction, FrictionGrowth):
         section.blocks.append(html.paragraph(_of_friction(found.friction)))
         bands = [

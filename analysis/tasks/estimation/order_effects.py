@@ -31,12 +31,12 @@ class OrderEffects:
     ----------
     log_slope_per_trial : MeanOverParticipants or NotComputed
         Change in the log estimate per trial (drift).
-    log_slope_per_um_pp_before : MeanOverParticipants or NotComputed
+    log_slope_per_level_before : MeanOverParticipants or NotComputed
         Change in the log estimate per µm peak to peak of the previous surface (carry-over).
     """
 
     log_slope_per_trial: MeanOverParticipants | NotComputed
-    log_slope_per_um_pp_before: MeanOverParticipants | NotComputed
+    log_slope_per_level_before: MeanOverParticipants | NotComputed
 
     def json_form(self) -> Mapping[str, object]:
         """Return a dictionary with the keys used in the JSON output."""
@@ -46,8 +46,8 @@ class OrderEffects:
                 **record(self.log_slope_per_trial),
             },
             "carry_over": {
-                "unit": OurName("natural logarithm per um_pp"),
-                **record(self.log_slope_per_um_pp_before),
+                "unit": OurName("natural logarithm per unit_of_level"),
+                **record(self.log_slope_per_level_before),
             },
         }
 
@@ -67,14 +67,14 @@ def order_effects(data: Prepared) -> OrderEffects | NotComputed:
     if why := not_identifiable(data.trials, data.quantity):
         return NotComputed(why)
     trials = data.trials
-    before = trials["before_um_pp"]
+    before = trials["before_level"]
     here = (before.notna() & trials["log"].notna()).to_numpy()
     who, _ = pd.factorize(trials.loc[here, PARTICIPANT])
     people = int(who.max()) + 1 if len(who) else 0
     if people < FEWEST:
         why = few("participants", people)
         return OrderEffects(
-            log_slope_per_trial=NotComputed(why), log_slope_per_um_pp_before=NotComputed(why)
+            log_slope_per_trial=NotComputed(why), log_slope_per_level_before=NotComputed(why)
         )
     shown = trials.loc[here, "item"].to_numpy()
     columns = [
@@ -85,14 +85,14 @@ def order_effects(data: Prepared) -> OrderEffects | NotComputed:
     ]
     products = _products([_within(column, who, people) for column in columns], who, people)
     slopes = [_slope(products, place, data) for place in (-3, -2)]
-    return OrderEffects(log_slope_per_trial=slopes[0], log_slope_per_um_pp_before=slopes[1])
+    return OrderEffects(log_slope_per_trial=slopes[0], log_slope_per_level_before=slopes[1])
 
 
 def not_identifiable(trials: pd.DataFrame, quantity: Quantity = PLATE_AMPLITUDE) -> str | None:
     """Return the reason why order and amplitude cannot be separated, or None if they can."""
     who, _ = pd.factorize(trials[PARTICIPANT])
     in_turn = np.argsort(who, kind="stable")
-    amplitudes, who = trials["amplitude_um_pp"].to_numpy(float)[in_turn], who[in_turn]
+    amplitudes, who = trials["level"].to_numpy(float)[in_turn], who[in_turn]
     counts = np.bincount(who)
     people = len(counts)
     inside = who[1:] == who[:-1]

@@ -65,7 +65,7 @@ def _part_textures(
     modulated = main["texture"].astype(str) != ""
     textures = main[modulated & main["estimate"].notna()].reset_index(drop=True)
     # The order is recorded before textures and unanswered trials are removed.
-    main = main.join(order_of(main, main["amplitude_um_pp"].mask(modulated)))
+    main = main.join(order_of(main, main["level"].mask(modulated)))
     counts["textures"] = int(modulated.sum())
     if counts["textures"]:
         names = ", ".join(sorted(main.loc[modulated, "texture"].astype(str).unique()))
@@ -78,7 +78,7 @@ def _part_textures(
 
 
 def _answered(main: pd.DataFrame, counts: dict[str, int]) -> pd.DataFrame:
-    answered = main["estimate"].notna() & main["amplitude_um_pp"].notna()
+    answered = main["estimate"].notna() & main["level"].notna()
     counts["unanswered"] = int((~answered).sum())
     kept = main[answered].reset_index(drop=True)
     kept[PARTICIPANT] = kept[PARTICIPANT].cat.remove_unused_categories()

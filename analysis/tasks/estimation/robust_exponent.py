@@ -82,9 +82,9 @@ def robust_exponent(data: Prepared) -> RobustExponent | NotComputed:
 
     if data.refused:
         return NotComputed(data.zero_sentence)
-    usable = (data.trials["amplitude_um_pp"] > 0) & data.trials["log"].notna()
+    usable = (data.trials["level"] > 0) & data.trials["log"].notna()
     trials = data.trials[usable]
-    x = np.log(trials["amplitude_um_pp"].to_numpy(float))
+    x = np.log(trials["level"].to_numpy(float))
     y = trials["log"].to_numpy(float)
     people = trials.groupby(PARTICIPANT, observed=True).indices.values()
     slopes = [median_slope(x[own], y[own]) for own in people if np.ptp(x[own]) > 0]

@@ -55,7 +55,7 @@ def _geometric(analysis: Analysis) -> Markup:
         ),
         [
             [
-                f"{row['amplitude_um_pp']:g}",
+                f"{row['level']:g}",
                 grouped(row["geometric_mean"]),
                 str(row["geometric_n"]),
                 interval(row["within_low"], row["within_high"]),
@@ -86,14 +86,14 @@ def table3(analysis: Analysis) -> Markup:
     """Return Table III, with the published values if the paper covers all amplitudes."""
     quantity, convention = analysis.dataset.quantity, analysis.dataset.choices.standard_deviation
     paper = biet2007.BY_AMPLITUDE
-    beside = biet2007.covers(analysis.table3["amplitude_um_pp"], quantity)
+    beside = biet2007.covers(analysis.table3["level"], quantity)
     titles, level = ("Mean", "Max. dev.", "SD"), 100 * analysis.dataset.choices.confidence
     first, interval_of = (quantity.title, quantity.short_unit), ("t-based", f"{level:g} % interval")
     columns = html.columns(first, "n", *titles, interval_of, "Median")
     if beside:
         columns += [TableColumn(title=title, paper=True) for title in titles]
     rows = []
-    described = analysis.description.set_index("amplitude_um_pp")
+    described = analysis.description.set_index("level")
     for amplitude, n, *values in analysis.table3.itertuples(index=False):
         row = [f"{amplitude:g}", str(n), *(grouped(value) for value in values)]
         low, high, median = described.loc[amplitude, ["mean_low", "mean_high", "median"]]

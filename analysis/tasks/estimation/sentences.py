@@ -89,8 +89,8 @@ def rm_anova(found: RmAnova, confidence: float, quantity: Quantity) -> str:
     ci = _ci(found.eta2_generalised_interval, confidence, unit_number)
     correction = f"; Greenhouse-Geisser ε = {unit_number(epsilon)}" if found.df1 > 1 else ""
     which = quantity.levels
-    if found.left_out_um_pp:
-        left = ", ".join(f"{amplitude:g}" for amplitude in found.left_out_um_pp)
+    if found.left_out_levels:
+        left = ", ".join(f"{amplitude:g}" for amplitude in found.left_out_levels)
         which = f"{which} (without {quantity.value(left)}, where every estimate is zero)"
     return (
         f"Log-transformed estimates {verb} between {which}, "
@@ -118,7 +118,7 @@ def page_trend(found: PageTrend, confidence: float, quantity: Quantity) -> str:
 
 def linear_trend(found: LinearTrend, confidence: float, quantity: Quantity) -> str | None:
     """Return a sentence on the linear contrast, or None if its slope was not tested."""
-    slope = found.log_slope_per_um_pp
+    slope = found.log_slope_per_level
     if not slope:
         return None
     write = of_size(slope.mean)
@@ -131,7 +131,7 @@ def linear_trend(found: LinearTrend, confidence: float, quantity: Quantity) -> s
 
 def geometric_means(description: pd.DataFrame, quantity: Quantity) -> str:
     """Return a sentence that lists the geometric means (if many, only the first and the last)."""
-    rows = description[["geometric_mean", "amplitude_um_pp"]].dropna().to_numpy(float).tolist()
+    rows = description[["geometric_mean", "level"]].dropna().to_numpy(float).tolist()
     shown = rows if len(rows) <= MOST_LISTED else [rows[0], rows[-1]]
     listed = joined([f"{number(mean)} at {quantity.value(level)}" for mean, level in shown])
     return f"Geometric means of {quantity.judged} were {listed}."
@@ -247,7 +247,7 @@ def pairwise_ranks(
         return (
             f"Estimates {verb} between the two {quantity.levels} (Wilcoxon signed-rank test, "
             f"{p_value(ranks.p)}; of {pair.n} participants, {ranks.up} gave higher and "
-            f"{ranks.down} gave lower estimates at {quantity.value(pair.to_um_pp)})."
+            f"{ranks.down} gave lower estimates at {quantity.value(pair.to_level)})."
         )
     untested = len(pairs) - len(rows)
     behind = f" Pairs with the same estimates, which were not tested: {untested}."
@@ -275,7 +275,7 @@ def out_of_reach(
 
 
 def _pair(pair: PairComparison, quantity: Quantity) -> str:
-    return f"{pair.from_um_pp:g} and {quantity.value(pair.to_um_pp)}"
+    return f"{pair.from_level:g} and {quantity.value(pair.to_level)}"
 
 
 def _of(n: int, incomplete: int) -> str:
@@ -314,7 +314,7 @@ def _all_pairs(
 
 def growth(found: Growth, _confidence: float, _quantity: Quantity) -> str:
     """Return a sentence on the comparison of growth functions."""
-    compared = found.amplitude
+    compared = found.of_level
     models, best = compared.models, compared.best
     others = sorted(
         (model.delta_aicc, name)
@@ -378,7 +378,7 @@ def order(found: OrderEffects, confidence: float, quantity: Quantity) -> str | N
     effects: dict[str, list[str]] = {}
     for slope, words in (
         (found.log_slope_per_trial, "trial position"),
-        (found.log_slope_per_um_pp_before, f"the preceding {quantity.stimulus}"),
+        (found.log_slope_per_level_before, f"the preceding {quantity.stimulus}"),
     ):
         if not slope:
             continue

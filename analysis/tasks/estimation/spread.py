@@ -33,7 +33,7 @@ def unequal_spread(data: Prepared) -> list[str]:
         square=(usable["log"] - cells.transform("mean")) ** 2,
         freedom=1 - 1 / cells.transform("size"),
     )
-    sums = around.groupby("amplitude_um_pp", observed=True)[["square", "freedom"]].sum()
+    sums = around.groupby("level", observed=True)[["square", "freedom"]].sum()
     sums = sums.loc[sums["freedom"] >= FEWEST]
     levels = sums.index.to_numpy(float)
     deviations = np.sqrt((sums["square"] / sums["freedom"]).to_numpy(float))

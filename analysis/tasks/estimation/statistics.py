@@ -176,9 +176,9 @@ LINEAR_TREND: Statistic[omnibus.LinearTrend] = Statistic(
     title="Linear trend, log estimates",
     meaning="linear trend of log estimates with {q.level}",
     compute=of_estimates(omnibus.linear_trend),
-    parts=lambda found: {"Linear trend, log estimates": found.log_slope_per_um_pp},
+    parts=lambda found: {"Linear trend, log estimates": found.log_slope_per_level},
     families=(
-        Family(name="linear trend", read=lambda found: slope_ps([found.log_slope_per_um_pp])),
+        Family(name="linear trend", read=lambda found: slope_ps([found.log_slope_per_level])),
     ),
     sentences=(Sentence(write=write.linear_trend),),
     methods="The linear trend is the mean of participants' regression slopes of log estimates on "
@@ -245,13 +245,13 @@ ORDER: Statistic[OrderEffects] = Statistic(
     compute=of_estimates(order_effects),
     parts=lambda found: {
         "Order (trial position)": found.log_slope_per_trial,
-        "Order (preceding {q.stimulus})": found.log_slope_per_um_pp_before,
+        "Order (preceding {q.stimulus})": found.log_slope_per_level_before,
     },
     families=(
         Family(
             name="order and carry-over",
             read=lambda found: slope_ps(
-                [found.log_slope_per_trial, found.log_slope_per_um_pp_before]
+                [found.log_slope_per_trial, found.log_slope_per_level_before]
             ),
         ),
     ),

@@ -15,9 +15,9 @@ def tables(analysis: Analysis) -> dict[str, pd.DataFrame]:
     if analysis.prepared is None:
         return {}
     named = analysis.dataset.quantity.columns
-    columns = ["participant_id", "session", "run", "trial", "amplitude_um_pp", "estimate"]
+    columns = ["participant_id", "session", "run", "trial", "level", "estimate"]
     trials = analysis.estimates
-    columns += ["normalised", "response_time", "position", "before_um_pp", *factor_columns(trials)]
+    columns += ["normalised", "response_time", "position", "before_level", *factor_columns(trials)]
     if (trials["trial"].dropna() % 1 == 0).all():
         trials = trials.astype({"trial": "Int64"})
     kept = [name for name in columns if not trials[name].isna().all()]

@@ -49,7 +49,7 @@ def sentence(one: ExponentAndWeber, confidence: float, quantity: Quantity) -> st
     text = (
         f"{people} both: the exponent is {one.exponent.value:.2f}, {level} CI "
         f"{bracketed(one.exponent.interval)}; the Weber fraction at "
-        f"{quantity.value(one.standard_um_pp)} ({one.task}) is {weber}. By Ekman's law "
+        f"{quantity.value(one.standard_level)} ({one.task}) is {weber}. By Ekman's law "
         f"with {unit_number(EKMAN, 2)} (Teghtsoonian, 1971), this Weber fraction "
         f"corresponds to an exponent of {expected.value:.2f}, CI "
         f"{bracketed(expected.interval)}. Here, a just noticeable difference is "

@@ -54,7 +54,7 @@ class ExponentAndWeber:
     ----------
     task : str
         Label of the task from which the Weber fraction is estimated.
-    standard_um_pp : float
+    standard_level : float
         Amplitude of the standard, µm peak to peak.
     participants : tuple of OwnExponentAndWeber
         Values of each participant.
@@ -75,7 +75,7 @@ class ExponentAndWeber:
     """
 
     task: str
-    standard_um_pp: float
+    standard_level: float
     participants: tuple[OwnExponentAndWeber, ...]
     exponent: Estimate
     weber_fraction: Estimate
@@ -118,7 +118,7 @@ def exponent_and_weber(
 def _task(
     task: TaskThresholds, exponent_of: dict[str, float], confidence: float
 ) -> ExponentAndWeber | NotComputed:
-    if task.standard_um_pp is None:
+    if task.standard_level is None:
         return NotComputed("there is no standard above 0, so there is no Weber fraction")
     people = tuple(
         OwnExponentAndWeber(
@@ -144,7 +144,7 @@ def _task(
     ekman = np.expm1([log_ekman.mean, *log_ekman.interval])
     return ExponentAndWeber(
         task=task.task,
-        standard_um_pp=task.standard_um_pp,
+        standard_level=task.standard_level,
         participants=people,
         exponent=estimate(np.array([exponent.mean, *exponent.interval]), confidence),
         weber_fraction=whole,

@@ -34,10 +34,10 @@ def _named(task: TaskLimits) -> str:
 
 
 def _threshold(task: TaskLimits, confidence: float, quantity: Quantity) -> str:
-    threshold, named = task.threshold_um_pp, _named(task)
+    threshold, named = task.threshold_level, _named(task)
     if isinstance(threshold, NotComputed):
         return f"{named}: no threshold was computed ({threshold.reason})."
-    standard = task.standard_um_pp
+    standard = task.standard_level
     of = "" if standard is None else f" against a standard of {quantity.value(standard)}"
     return (
         f"{named}, {counted(task.series, 'series', 'series')} from "
@@ -48,7 +48,7 @@ def _threshold(task: TaskLimits, confidence: float, quantity: Quantity) -> str:
 
 
 def _remarks(task: TaskLimits, confidence: float, quantity: Quantity) -> list[str]:
-    remarks, error = [], task.constant_error_um_pp
+    remarks, error = [], task.constant_error_level
     if not isinstance(error, NotComputed):
         verb = "differed" if reliable(error.p, confidence) else "did not differ reliably"
         remarks.append(
@@ -70,9 +70,9 @@ def _blocks(
     rows = [
         [
             each.participant,
-            number(each.ascending_um_pp, 3),
-            number(each.descending_um_pp, 3),
-            number(each.threshold_um_pp, 3),
+            number(each.ascending_level, 3),
+            number(each.descending_level, 3),
+            number(each.threshold_level, 3),
             str(each.transitions),
         ]
         for each in task.people
@@ -101,10 +101,10 @@ NAMES = ("Ascending", "Descending", "Both")
 def transitions(task: TaskLimits, quantity: Quantity) -> Figure:
     """Plot mean transitions by direction, for participants and for the group."""
     figure, axes = canvas(size=SIZE)
-    rows = [(p.ascending_um_pp, p.descending_um_pp, p.threshold_um_pp) for p in task.people]
+    rows = [(p.ascending_level, p.descending_level, p.threshold_level) for p in task.people]
     draw_people(axes, np.arange(3.0), np.array(rows, np.float64))
     for place, each in enumerate(
-        (task.ascending_um_pp, task.descending_um_pp, task.threshold_um_pp)
+        (task.ascending_level, task.descending_level, task.threshold_level)
     ):
         if found := computed(each):
             draw_means(axes, np.array([float(place)]), [found.mean], [found.interval])

@@ -38,13 +38,13 @@ def _coded(frame: pd.DataFrame, _problems: Problems) -> pd.DataFrame:
 TRIALS = task_trials(
     "limits",
     "the method of limits",
-    marks=("series", "direction", "comparison_um_pp", "different"),
-    numeric=("series", "comparison_um_pp", "standard_um_pp"),
+    marks=("series", "direction", "comparison_level", "different"),
+    numeric=("series", "comparison_level", "standard_level"),
     words=("different",),
     codes={"direction": (ASCENDING, DESCENDING)},
-    columns=("series", "direction", "comparison_um_pp", "standard_um_pp", "felt"),
-    needed=("felt", "comparison_um_pp", "series"),
-    levels=("comparison_um_pp", "standard_um_pp"),
+    columns=("series", "direction", "comparison_level", "standard_level", "felt"),
+    needed=("felt", "comparison_level", "series"),
+    levels=("comparison_level", "standard_level"),
     derive=_coded,
 )
 
@@ -54,9 +54,9 @@ class PersonLimits:
     """Mean transition of one participant in each direction; NaN if there is no transition."""
 
     participant: str
-    ascending_um_pp: float
-    descending_um_pp: float
-    threshold_um_pp: float
+    ascending_level: float
+    descending_level: float
+    threshold_level: float
     transitions: int
 
 
@@ -69,10 +69,10 @@ class TaskLimits:
     task : str
     participants, answers, series, without_transition : int
         Counts of participants, answers, series, and series without a transition.
-    standard_um_pp : float or None
+    standard_level : float or None
         Level of the standard; None if it was not constant.
-    threshold_um_pp, ascending_um_pp, descending_um_pp : MeanOverParticipants or NotComputed
-    constant_error_um_pp : MeanOverParticipants or NotComputed
+    threshold_level, ascending_level, descending_level : MeanOverParticipants or NotComputed
+    constant_error_level : MeanOverParticipants or NotComputed
         Mean difference across participants, descending minus ascending transition.
     people : tuple of PersonLimits
     """
@@ -82,19 +82,19 @@ class TaskLimits:
     answers: int
     series: int
     without_transition: int
-    standard_um_pp: float | None
-    threshold_um_pp: MeanOverParticipants | NotComputed
-    ascending_um_pp: MeanOverParticipants | NotComputed
-    descending_um_pp: MeanOverParticipants | NotComputed
-    constant_error_um_pp: MeanOverParticipants | NotComputed
+    standard_level: float | None
+    threshold_level: MeanOverParticipants | NotComputed
+    ascending_level: MeanOverParticipants | NotComputed
+    descending_level: MeanOverParticipants | NotComputed
+    constant_error_level: MeanOverParticipants | NotComputed
     people: tuple[PersonLimits, ...]
 
 
-def transition_um_pp(rows: pd.DataFrame) -> float:
+def transition_level(rows: pd.DataFrame) -> float:
     """Return the transition in a series of rows in order of presentation, or NaN without one."""
     rising = rows["direction"].iloc[0] == ASCENDING
-    last, ended = float(rows["comparison_um_pp"].iloc[-1]), bool(rows["felt"].iloc[-1]) is rising
-    levels = rows["comparison_um_pp"].to_numpy(float)
+    last, ended = float(rows["comparison_level"].iloc[-1]), bool(rows["felt"].iloc[-1]) is rising
+    levels = rows["comparison_level"].to_numpy(float)
     before = levels[levels < last] if rising else levels[levels > last]
     if not ended or not len(before):
         return float("nan")
@@ -115,28 +115,28 @@ def _task(task: str, rows: pd.DataFrame, confidence: float) -> TaskLimits:
     whose: dict[str, dict[str, list[float]]] = {}
     found: list[float] = []
     for (who, *_), series in rows.sort_values("trial").groupby(by, observed=True, sort=True):
-        transition = transition_um_pp(series)
+        transition = transition_level(series)
         found.append(transition)
         own = whose.setdefault(str(who), {ASCENDING: [], DESCENDING: []})
         if np.isfinite(transition):
             own[str(series["direction"].iloc[0])].append(transition)
     people = tuple(_person(who, own) for who, own in whose.items())
     up, down, threshold = (
-        np.array([getattr(each, f"{name}_um_pp") for each in people], np.float64)
+        np.array([getattr(each, f"{name}_level") for each in people], np.float64)
         for name in (ASCENDING, DESCENDING, "threshold")
     )
-    standards = rows["standard_um_pp"].dropna().unique()
+    standards = rows["standard_level"].dropna().unique()
     return TaskLimits(
         task=task,
         participants=len(people),
         answers=len(rows),
         series=len(found),
         without_transition=int(np.isnan(found).sum()),
-        standard_um_pp=float(standards[0]) if len(standards) == 1 else None,
-        threshold_um_pp=mean_over_participants(threshold, confidence),
-        ascending_um_pp=mean_over_participants(up, confidence),
-        descending_um_pp=mean_over_participants(down, confidence),
-        constant_error_um_pp=mean_over_participants(down - up, confidence),
+        standard_level=float(standards[0]) if len(standards) == 1 else None,
+        threshold_level=mean_over_participants(threshold, confidence),
+        ascending_level=mean_over_participants(up, confidence),
+        descending_level=mean_over_participants(down, confidence),
+        constant_error_level=mean_over_participants(down - up, confidence),
         people=people,
     )
 
@@ -145,9 +145,9 @@ def _person(who: str, own: dict[str, list[float]]) -> PersonLimits:
     up, down = (float(np.mean(own[way])) if own[way] else float("nan") for way in own)
     return PersonLimits(
         participant=who,
-        ascending_um_pp=up,
-        descending_um_pp=down,
-        threshold_um_pp=(up + down) / 2,
+        ascending_level=up,
+        descending_level=down,
+        threshold_level=(up + down) / 2,
         transitions=sum(map(len, own.values())),
     )
 
@@ -160,14 +160,14 @@ LIMITS: Statistic[tuple[TaskLimits, ...]] = Statistic(
         Family(
             name="direction of series, t test of the constant error",
             read=lambda tasks: [
-                task.constant_error_um_pp.p for task in tasks if task.constant_error_um_pp
+                task.constant_error_level.p for task in tasks if task.constant_error_level
             ],
         ),
     ),
     methods="Thresholds by the method of limits are means of the transitions in ascending and "
     "descending series, with equal weight for both directions.",
     conclusions={
-        r"(.+)\.constant_error_um_pp\.p": "{0}: ascending and descending series differ (t test)"
+        r"(.+)\.constant_error_level\.p": "{0}: ascending and descending series differ (t test)"
     },
-    headlines={r"(.+)\.threshold_um_pp\.mean": "{0}: threshold by the method of limits"},
+    headlines={r"(.+)\.threshold_level\.mean": "{0}: threshold by the method of limits"},
 )

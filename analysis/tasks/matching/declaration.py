@@ -39,8 +39,8 @@ if TYPE_CHECKING:
 
 #: First columns of the table: fields of `MatchedReference`. Tests of bias and direction follow.
 TABULATED = (
-    *("task", "reference_um_pp", "matches", "participants", "mean_um_pp", "variability_um_pp"),
-    *("ascending_um_pp", "descending_um_pp", "felt_again", "catch_trials", "catch_error_um_pp"),
+    *("task", "reference_level", "matches", "participants", "mean_level", "variability_level"),
+    *("ascending_level", "descending_level", "felt_again", "catch_trials", "catch_error_level"),
 )
 
 
@@ -54,12 +54,12 @@ def _answer(found: MatchedReference, confidence: float, quantity: Quantity) -> s
     named = task_name("Matching", found.task)
     lead = "" if named == "Matching" else f"{named}: "
     what = (
-        f"{lead}{quantity.with_convention(f'{found.reference_um_pp:g}')} was matched by "
-        f"{quantity.value(written(found.mean_um_pp))} "
+        f"{lead}{quantity.with_convention(f'{found.reference_level:g}')} was matched by "
+        f"{quantity.value(written(found.mean_level))} "
         f"({counted(found.matches, 'match', 'matches')} by "
         f"{counted(found.participants, 'participant', 'participants')})"
     )
-    bias = found.bias_um_pp
+    bias = found.bias_level
     if isinstance(bias, NotComputed):
         return f"{what}; the bias was not tested ({bias.reason})."
     called = "a reliable bias" if reliable(bias.p, confidence) else "no reliable bias"
@@ -80,7 +80,7 @@ def blocks(task: Task, svgs: Mapping[str, str], _level: float, quantity: Quantit
             "means.",
             "Mean matches: "
             + ", ".join(
-                f"{each.mean_um_pp:.3g} of {quantity.value(each.reference_um_pp)}" for each in task
+                f"{each.mean_level:.3g} of {quantity.value(each.reference_level)}" for each in task
             ),
         ),
         _matching_table(task, quantity),
@@ -102,15 +102,15 @@ def _matching_table(rows: Task, quantity: Quantity) -> Markup:
         html.columns(*titles),
         [
             [
-                number(each.reference_um_pp),
+                number(each.reference_level),
                 str(each.matches),
-                written(each.mean_um_pp),
-                *tested(each.bias_um_pp),
-                written(each.variability_um_pp),
-                *tested(each.direction_um_pp),
+                written(each.mean_level),
+                *tested(each.bias_level),
+                written(each.variability_level),
+                *tested(each.direction_level),
                 number(each.felt_again),
                 str(each.catch_trials),
-                written(each.catch_error_um_pp),
+                written(each.catch_error_level),
             ]
             for each in rows
         ],
@@ -124,11 +124,11 @@ def _matching_table(rows: Task, quantity: Quantity) -> Markup:
 
 def _row(each: MatchedReference) -> JsonObject:
     row: JsonObject = {name: getattr(each, name) for name in TABULATED}
-    for name, tested in (("bias", each.bias_um_pp), ("direction", each.direction_um_pp)):
+    for name, tested in (("bias", each.bias_level), ("direction", each.direction_level)):
         if tested:
             low, high = tested.interval
             row |= {
-                f"{name}_um_pp": tested.mean,
+                f"{name}_level": tested.mean,
                 f"{name}_ci_low": low,
                 f"{name}_ci_high": high,
                 f"{name}_p": tested.p,
@@ -149,13 +149,13 @@ def matches(found: Sequence[MatchedReference], trials: pd.DataFrame, quantity: Q
     quantity : Quantity
     """
     figure, axes = canvas(size=(5.6, 4.2))
-    means = trials.groupby([PARTICIPANT, "reference_um_pp", "direction"], observed=True)[
-        "matched_um_pp"
+    means = trials.groupby([PARTICIPANT, "reference_level", "direction"], observed=True)[
+        "matched_level"
     ].mean()
     table = means.reset_index()
     ends = [
-        min(each.reference_um_pp for each in found),
-        max(each.reference_um_pp for each in found),
+        min(each.reference_level for each in found),
+        max(each.reference_level for each in found),
     ]
     margin = 0.08 * (ends[1] - ends[0] or ends[1])
     line = np.array([ends[0] - margin, ends[1] + margin])
@@ -166,8 +166,8 @@ def matches(found: Sequence[MatchedReference], trials: pd.DataFrame, quantity: Q
     ):
         own = table[table["direction"] == direction]
         axes.plot(
-            own["reference_um_pp"] + shift * 0.15 * margin,
-            own["matched_um_pp"],
+            own["reference_level"] + shift * 0.15 * margin,
+            own["matched_level"],
             marker,
             color=colour,
             markersize=4,
@@ -175,7 +175,7 @@ def matches(found: Sequence[MatchedReference], trials: pd.DataFrame, quantity: Q
             zorder=1,
         )
         points = [
-            (each.reference_um_pp, each.ascending_um_pp if shift < 0 else each.descending_um_pp)
+            (each.reference_level, each.ascending_level if shift < 0 else each.descending_level)
             for each in found
         ]
         known = [(x, y) for x, y in points if y is not None]
@@ -190,7 +190,7 @@ def matches(found: Sequence[MatchedReference], trials: pd.DataFrame, quantity: Q
                 label=f"mean, {direction} (from {'below' if shift < 0 else 'above'})",
                 zorder=3,
             )
-    axes.set_xticks([each.reference_um_pp for each in found])
+    axes.set_xticks([each.reference_level for each in found])
     axes.set_xlabel(quantity.headed("Reference"))
     axes.set_ylabel(quantity.headed("Match"))
     figure.legend(loc="outside lower center", ncols=2)
@@ -216,6 +216,6 @@ ANALYSIS = of_one_statistic(
         TRIALS,
         "match minus reference",
         "{q.unit_in_short}",
-        lambda rows: (rows["matched_um_pp"] - rows["reference_um_pp"]).astype(float),
+        lambda rows: (rows["matched_level"] - rows["reference_level"]).astype(float),
     ),
 )

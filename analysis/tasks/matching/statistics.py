@@ -21,23 +21,23 @@ from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.statistics.statistic import Family, Statistic
 from slipscale.experiments.dataset.schema import INTERVAL, PARTICIPANT
 
-REFERENCE = f"{INTERVAL}1_amplitude_um_pp"
+REFERENCE = f"{INTERVAL}1_level"
 ASCENDING, DESCENDING, EQUAL = "ascending", "descending", "equal"
 
 
 def _matches(frame: pd.DataFrame, _problems: Problems) -> pd.DataFrame:
-    return frame.assign(reference_um_pp=frame[REFERENCE])
+    return frame.assign(reference_level=frame[REFERENCE])
 
 
 TRIALS = task_trials(
     "matches",
     "matching",
-    marks=("matched_um_pp", "direction"),
+    marks=("matched_level", "direction"),
     required=(REFERENCE,),
-    numeric=(REFERENCE, "matched_um_pp", "felt_again"),
+    numeric=(REFERENCE, "matched_level", "felt_again"),
     codes={"direction": (ASCENDING, DESCENDING, EQUAL)},
-    columns=("direction", "reference_um_pp", "matched_um_pp", "felt_again"),
-    needed=("reference_um_pp", "matched_um_pp"),
+    columns=("direction", "reference_level", "matched_level", "felt_again"),
+    needed=("reference_level", "matched_level"),
     derive=_matches,
 )
 
@@ -50,42 +50,42 @@ class MatchedReference:
     ----------
     task : str
         Task label, as in file names.
-    reference_um_pp : float
+    reference_level : float
         Amplitude of the reference, µm peak to peak.
     matches, participants : int
         Number of matches and number of participants.
-    mean_um_pp : float
+    mean_level : float
         Mean across participants of each participant's mean match.
-    bias_um_pp : MeanOverParticipants or NotComputed
+    bias_level : MeanOverParticipants or NotComputed
         Mean match minus reference across participants (constant error), tested against 0.
-    variability_um_pp : float or None
+    variability_level : float or None
         Root mean square of participants' standard deviations within a direction (variable error).
         None if no participant made two matches in the same direction.
-    ascending_um_pp, descending_um_pp : float or None
+    ascending_level, descending_level : float or None
         Mean matches from below and from above.
-    direction_um_pp : MeanOverParticipants or NotComputed
+    direction_level : MeanOverParticipants or NotComputed
         Mean difference across participants, matches from above minus matches from below, tested
         against 0.
     catch_trials : int
         Number of trials that started at the reference and do not count as matches.
-    catch_error_um_pp : float or None
+    catch_error_level : float or None
         Mean absolute difference from the reference in catch trials; None without catch trials.
     felt_again : float or None
         Mean number of repetitions of the reference per match; None if not recorded.
     """
 
     task: str
-    reference_um_pp: float
+    reference_level: float
     matches: int
     participants: int
-    mean_um_pp: float
-    bias_um_pp: MeanOverParticipants | NotComputed
-    variability_um_pp: float | None
-    ascending_um_pp: float | None
-    descending_um_pp: float | None
-    direction_um_pp: MeanOverParticipants | NotComputed
+    mean_level: float
+    bias_level: MeanOverParticipants | NotComputed
+    variability_level: float | None
+    ascending_level: float | None
+    descending_level: float | None
+    direction_level: MeanOverParticipants | NotComputed
     catch_trials: int
-    catch_error_um_pp: float | None
+    catch_error_level: float | None
     felt_again: float | None
 
 
@@ -104,8 +104,8 @@ def matching(
     return tuple(
         _reference(task, reference, rows, confidence)
         for task, own in by_task(matches)
-        for reference in sorted(own.loc[~own["catch"], "reference_um_pp"].unique().tolist())
-        for rows in [own[own["reference_um_pp"] == reference]]
+        for reference in sorted(own.loc[~own["catch"], "reference_level"].unique().tolist())
+        for rows in [own[own["reference_level"] == reference]]
     )
 
 
@@ -113,26 +113,26 @@ def _reference(
     task: str, reference: float, every: pd.DataFrame, confidence: float
 ) -> MatchedReference:
     caught, rows = every[every["catch"]], every[~every["catch"]]
-    own = rows.groupby(PARTICIPANT, observed=True)["matched_um_pp"].mean()
+    own = rows.groupby(PARTICIPANT, observed=True)["matched_level"].mean()
     sides = rows.pivot_table(
-        index=PARTICIPANT, columns="direction", values="matched_um_pp", observed=True
+        index=PARTICIPANT, columns="direction", values="matched_level", observed=True
     ).reindex(columns=[ASCENDING, DESCENDING])
-    spread = rows.groupby([PARTICIPANT, "direction"], observed=True)["matched_um_pp"].var(ddof=1)
+    spread = rows.groupby([PARTICIPANT, "direction"], observed=True)["matched_level"].var(ddof=1)
     known = spread.dropna().to_numpy(float)
     difference = (sides[DESCENDING] - sides[ASCENDING]).to_numpy(float)
     return MatchedReference(
         task=task,
-        reference_um_pp=reference,
+        reference_level=reference,
         matches=len(rows),
         participants=len(own),
-        mean_um_pp=float(own.mean()),
-        bias_um_pp=mean_over_participants(own.to_numpy(float) - reference, confidence),
-        variability_um_pp=float(np.sqrt(known.mean())) if len(known) else None,
-        ascending_um_pp=_mean(sides[ASCENDING]),
-        descending_um_pp=_mean(sides[DESCENDING]),
-        direction_um_pp=mean_over_participants(difference, confidence),
+        mean_level=float(own.mean()),
+        bias_level=mean_over_participants(own.to_numpy(float) - reference, confidence),
+        variability_level=float(np.sqrt(known.mean())) if len(known) else None,
+        ascending_level=_mean(sides[ASCENDING]),
+        descending_level=_mean(sides[DESCENDING]),
+        direction_level=mean_over_participants(difference, confidence),
         catch_trials=len(caught),
-        catch_error_um_pp=_mean((caught["matched_um_pp"] - reference).abs()),
+        catch_error_level=_mean((caught["matched_level"] - reference).abs()),
         felt_again=_mean(rows["felt_again"]),
     )
 
@@ -149,11 +149,11 @@ MATCHING: Statistic[tuple[MatchedReference, ...]] = Statistic(
     families=(
         Family(
             name="bias of matches, t tests",
-            read=lambda found: [each.bias_um_pp.p for each in found if each.bias_um_pp],
+            read=lambda found: [each.bias_level.p for each in found if each.bias_level],
         ),
         Family(
             name="direction of adjustment, t tests",
-            read=lambda found: [each.direction_um_pp.p for each in found if each.direction_um_pp],
+            read=lambda found: [each.direction_level.p for each in found if each.direction_level],
         ),
     ),
     methods="The bias of matches (constant error) is the mean of participants' mean matches minus "
@@ -162,14 +162,14 @@ MATCHING: Statistic[tuple[MatchedReference, ...]] = Statistic(
     "Variability (variable error) is the root mean square of participants' standard deviations "
     "within a direction.",
     conclusions={
-        r"(.+) - (.+)\.bias_um_pp\.p": "{0}, {1} {q.unit}: matches differ from the reference",
-        r"(.+) - (.+)\.direction_um_pp\.p": "{0}, {1} {q.unit}: matches depend on the "
+        r"(.+) - (.+)\.bias_level\.p": "{0}, {1} {q.unit}: matches differ from the reference",
+        r"(.+) - (.+)\.direction_level\.p": "{0}, {1} {q.unit}: matches depend on the "
         "direction of adjustment",
     },
     headlines={
-        r"(.+) - (.+)\.bias_um_pp\.mean": "{0}, {1} {q.unit}: match minus reference, "
+        r"(.+) - (.+)\.bias_level\.mean": "{0}, {1} {q.unit}: match minus reference, "
         "{q.unit_in_short}",
-        r"(.+) - (.+)\.variability_um_pp": "{0}, {1} {q.unit}: within-participant SD of matches, "
+        r"(.+) - (.+)\.variability_level": "{0}, {1} {q.unit}: within-participant SD of matches, "
         "{q.unit_in_short}",
     },
 )

@@ -44,7 +44,7 @@ def _answer(found: TaskProductions, confidence: float, quantity: Quantity) -> st
     what = (
         f"{_title(found)}, {counted(found.answers, 'production', 'productions')} by "
         f"{counted(found.participants, 'participant', 'participants')}, with a standard of "
-        f"{quantity.value(found.standard_um_pp)} called {found.modulus:g}"
+        f"{quantity.value(found.standard_level)} called {found.modulus:g}"
     )
     slope = found.slope
     if isinstance(slope, NotComputed):
@@ -117,11 +117,11 @@ def _biases(found: TaskProductions, confidence: float, quantity: Quantity) -> li
             "adjustment limits. If participants wanted to adjust beyond the limits, the slope is "
             "too small and the exponent too large."
         )
-    if found.catch_um_pp is not None:
+    if found.catch_level is not None:
         texts.append(
             f"In {counted(found.catch_trials, 'catch trial', 'catch trials')} with the standard's "
-            f"number, participants produced {quantity.value(significant(found.catch_um_pp))} (the "
-            f"standard is {quantity.value(found.standard_um_pp)})."
+            f"number, participants produced {quantity.value(significant(found.catch_level))} (the "
+            f"standard is {quantity.value(found.standard_level)})."
         )
     return texts
 
@@ -140,8 +140,7 @@ def _blocks(
             "exponent; black: the standard and its number.",
             f"Geometric mean {levels}: "
             + ", ".join(
-                f"{each.number:g}: {quantity.value(f'{each.amplitude_um_pp:.3g}')}"
-                for each in task.numbers
+                f"{each.number:g}: {quantity.value(f'{each.level:.3g}')}" for each in task.numbers
             ),
         ),
         _production_table(task, quantity),
@@ -171,13 +170,13 @@ def _production_table(task: TaskProductions, quantity: Quantity) -> Markup:
                 f"{each.number:g}",
                 str(each.participants),
                 str(each.productions),
-                significant(each.amplitude_um_pp),
+                significant(each.level),
                 bracketed(each.interval, significant),
             ]
             for each in task.numbers
         ],
         f"{capitalised(quantity.levels)}{convention} produced for each number, with the standard "
-        f"of {quantity.value(task.standard_um_pp)} called {task.modulus:g}: geometric mean of "
+        f"of {quantity.value(task.standard_level)} called {task.modulus:g}: geometric mean of "
         "participants' geometric means, with a t-based interval computed on logarithms.",
     )
 
@@ -186,17 +185,17 @@ def _production_table(task: TaskProductions, quantity: Quantity) -> Markup:
 def productions(found: TaskProductions, trials: pd.DataFrame, quantity: Quantity) -> Figure:
     """Plot produced levels against numbers on logarithmic axes."""
     figure, axes = canvas(size=SIZE)
-    table = log_cells(trials[~trials["catch"]], "number", "produced_um_pp")
+    table = log_cells(trials[~trials["catch"]], "number", "produced_level")
     numbers = table.columns.to_numpy(float)
     draw_people(axes, numbers, np.exp(table.to_numpy(float)))
-    means = [each.amplitude_um_pp for each in found.numbers]
+    means = [each.level for each in found.numbers]
     draw_means(axes, numbers, means, [each.interval for each in found.numbers])
     if found.slope:
         line = fit_lines(np.log(numbers), np.log(means))
         axes.plot(
             numbers, np.exp(line.intercept + line.slope * np.log(numbers)), color=BLUE, zorder=2
         )
-    draw_standard(axes, found.modulus, found.standard_um_pp)
+    draw_standard(axes, found.modulus, found.standard_level)
     make_logarithmic(axes, np.append(numbers, found.modulus))
     axes.set_xlabel("Number shown")
     axes.set_ylabel(quantity.headed(f"{quantity.title} produced"))
@@ -221,7 +220,7 @@ ANALYSIS = of_one_statistic(
     rows=lambda task: flat_rows(
         {
             "task": task.task,
-            "standard_um_pp": task.standard_um_pp,
+            "standard_level": task.standard_level,
             "modulus": task.modulus,
         },
         task.numbers,
@@ -230,6 +229,6 @@ ANALYSIS = of_one_statistic(
         TRIALS,
         "mean produced {q.level}",
         "natural logarithm, {q.unit_in_short}",
-        lambda rows: logarithms(rows["produced_um_pp"]),
+        lambda rows: logarithms(rows["produced_level"]),
     ),
 )

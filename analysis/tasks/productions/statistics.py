@@ -32,8 +32,8 @@ from slipscale.analysis.tasks.ratios.statistics import catch_mean, geometric, lo
 from slipscale.experiments.dataset.schema import PARTICIPANT
 
 LOW, HIGH = "low", "high"
-PRODUCED = ("produced_um_pp", "number", "modulus", "standard_um_pp")
-POSITIVE = {"produced_um_pp": "productions", "number": "numbers to be produced"}
+PRODUCED = ("produced_level", "number", "modulus", "standard_level")
+POSITIVE = {"produced_level": "productions", "number": "numbers to be produced"}
 
 
 def _above_zero(frame: pd.DataFrame, problems: Problems) -> pd.DataFrame:
@@ -65,7 +65,7 @@ class ProducedNumber:
         The number shown.
     participants, productions : int
         Number of participants, and number of amplitudes that they produced.
-    amplitude_um_pp : float
+    level : float
         Geometric mean of participants' geometric means, µm peak to peak.
     interval : ConfidenceInterval or None
         t-based interval, computed on logarithms; None if not defined.
@@ -74,7 +74,7 @@ class ProducedNumber:
     number: float
     participants: int
     productions: int
-    amplitude_um_pp: float
+    level: float
     interval: ConfidenceInterval | None
 
 
@@ -120,11 +120,11 @@ class TaskProductions:
     ----------
     task : str
         Task label, as in file names.
-    standard_um_pp, modulus : float
+    standard_level, modulus : float
         Amplitude of the standard (µm peak to peak), and the number assigned to the standard.
     participants, answers, catch_trials : int
         Counts of participants, answers (without catch trials) and catch trials.
-    catch_um_pp : float or None
+    catch_level : float or None
         Geometric mean of the amplitudes produced in catch trials, in which the number of the
         standard is shown.
     at_bounds : int
@@ -145,12 +145,12 @@ class TaskProductions:
     """
 
     task: str
-    standard_um_pp: float
+    standard_level: float
     modulus: float
     participants: int
     answers: int
     catch_trials: int
-    catch_um_pp: float | None
+    catch_level: float | None
     at_bounds: int
     numbers: tuple[ProducedNumber, ...]
     slope: MeanOverParticipants | NotComputed
@@ -199,7 +199,7 @@ def productions(
 
 def slopes(main: pd.DataFrame) -> pd.Series[float]:
     """Return each participant's slope of log amplitude on log number (NaN if only one number)."""
-    table = log_cells(main, "number", "produced_um_pp")
+    table = log_cells(main, "number", "produced_level")
     lines = fit_lines(np.log(table.columns.to_numpy(float)), table.to_numpy(float))
     return pd.Series(lines.slope, index=table.index)
 
@@ -208,7 +208,7 @@ def _task(
     task: str, rows: pd.DataFrame, confidence: float, counterpart: Counterpart | None
 ) -> TaskProductions:
     main, catch = rows[~rows["catch"]], rows[rows["catch"]]
-    table = log_cells(main, "number", "produced_um_pp")
+    table = log_cells(main, "number", "produced_level")
     numbers = []
     for number in table.columns:
         mean, interval = geometric(table[number], confidence)
@@ -217,7 +217,7 @@ def _task(
                 number=float(number),
                 participants=int(table[number].notna().sum()),
                 productions=int((main["number"] == number).sum()),
-                amplitude_um_pp=mean,
+                level=mean,
                 interval=interval,
             )
         )
@@ -226,12 +226,12 @@ def _task(
     exponent, exponent_interval = _inverse(slope)
     return TaskProductions(
         task=task,
-        standard_um_pp=float(rows["standard_um_pp"].iloc[0]),
+        standard_level=float(rows["standard_level"].iloc[0]),
         modulus=float(rows["modulus"].iloc[0]),
         participants=len(table),
         answers=len(main),
         catch_trials=len(catch),
-        catch_um_pp=catch_mean(catch, "produced_um_pp"),
+        catch_level=catch_mean(catch, "produced_level"),
         at_bounds=int(main["bound"].isin(["lowest", "highest"]).sum()),
         numbers=tuple(numbers),
         slope=slope,
@@ -261,7 +261,7 @@ def _inverse(
 
 def _beginning(main: pd.DataFrame, confidence: float) -> MeanOverParticipants | NotComputed:
     """Return the mean log amplitude after high starting values minus that after low ones."""
-    logs = main.assign(log=np.log(main["produced_um_pp"].to_numpy(float)))
+    logs = main.assign(log=np.log(main["produced_level"].to_numpy(float)))
     sides = logs.pivot_table(index=PARTICIPANT, columns="began", values="log", observed=True)
     sides = sides.reindex(columns=[LOW, HIGH])
     return mean_over_participants(np.asarray(sides[HIGH] - sides[LOW], np.float64), confidence)
@@ -316,7 +316,7 @@ def counterpart(inputs: Inputs) -> Counterpart | None:
     main = judged[~judged["catch"].astype(bool)]
     if not len(main):
         return None
-    logs = log_cells(main, "comparison_um_pp", "ratio")
+    logs = log_cells(main, "comparison_level", "ratio")
     return Counterpart(name="ratio judgements", exponents=exponents(logs)["exponent"])
 
 

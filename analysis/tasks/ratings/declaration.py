@@ -205,7 +205,7 @@ def ratings(found: TaskRatings, trials: pd.DataFrame, quantity: Quantity) -> Fig
     figure, axes = canvas(size=SIZE)
     main = trials[~trials["catch"]]
     table = cells(main)
-    plain = main.loc[main["amplitude_um_pp"].notna(), "surface"].astype(str).unique()
+    plain = main.loc[main["level"].notna(), "surface"].astype(str).unique()
     whole = set(table.columns) == set(plain)
     # Textures have no amplitude, so if there are any, all surfaces are drawn side by side.
     places = np.array(

@@ -7,7 +7,7 @@ divided by a participant's maximum, and neither logarithms nor exponents are com
 compared by ranks within participants.
 
 In the tables of trials, ``surface`` is the name of a texture or an amplitude (µm peak to peak).
-Textures have no ``amplitude_um_pp``.
+Textures have no ``level``.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ from slipscale.experiments.dataset.schema import PARTICIPANT
 from slipscale.stimuli.quantity import PLATE_AMPLITUDE, Quantity
 
 #: Columns that identify a table of ratings.
-RATED = ("rating", "amplitude_um_pp")
+RATED = ("rating", "level")
 #: Columns for ratings on a line, and the number of categories for category ratings.
 OF_SCALE = ("resolution", "cursor_start", "categories")
 LENGTH = 100.0  # of the line
@@ -52,12 +52,12 @@ def _ratings(frame: pd.DataFrame, problems: Problems) -> pd.DataFrame:
             f"{int(beyond.sum())} ratings are above the maximum ({LENGTH:g}, or the number "
             "of categories) and are left out"
         )
-    amplitude = frame["amplitude_um_pp"]
+    amplitude = frame["level"]
     plain = frame["texture"] == ""
     return frame.assign(
         rating=frame["rating"].mask(beyond),
         surface=frame["texture"].mask(plain, amplitude.map("{:g}".format)),
-        amplitude_um_pp=amplitude.where(plain),
+        level=amplitude.where(plain),
     )
 
 
@@ -69,7 +69,7 @@ TRIALS = task_trials(
     words=("texture",),
     columns=("surface", *OF_SCALE, *RATED),
     needed=("rating",),
-    levels=("amplitude_um_pp",),
+    levels=("level",),
     derive=_ratings,
 )
 
@@ -177,7 +177,7 @@ def cells(main: pd.DataFrame) -> pd.DataFrame:
 def _task(task: str, rows: pd.DataFrame, confidence: float, quantity: Quantity) -> TaskRatings:
     main, catch = rows[~rows["catch"]], rows[rows["catch"]]
     table = cells(main)
-    plain = {str(name) for name in main.loc[main["amplitude_um_pp"].notna(), "surface"]}
+    plain = {str(name) for name in main.loc[main["level"].notna(), "surface"]}
     whole = table.dropna()
     amplitudes = table[[name for name in table.columns if name in plain]]
     steps = rows["resolution"].dropna().unique()

@@ -24,7 +24,7 @@ from slipscale.stimuli.quantity import Quantity
 
 
 def _title(found: TaskRatios, quantity: Quantity) -> str:
-    return task_name(f"Ratio judgements against {quantity.value(found.standard_um_pp)}", found.task)
+    return task_name(f"Ratio judgements against {quantity.value(found.standard_level)}", found.task)
 
 
 def _answer(found: TaskRatios, confidence: float, quantity: Quantity) -> str:
@@ -44,7 +44,7 @@ def _answer(found: TaskRatios, confidence: float, quantity: Quantity) -> str:
 
 def _ratios(found: TaskRatios, confidence: float, quantity: Quantity) -> str:
     each = "; ".join(
-        f"{quantity.value(one.comparison_um_pp)} {significant(one.ratio)} times"
+        f"{quantity.value(one.comparison_level)} {significant(one.ratio)} times"
         + ("" if one.interval is None else f", {bracketed(one.interval, significant)}")
         for one in found.surfaces
     )
@@ -73,7 +73,7 @@ def _blocks(
             "power function through them; black: the standard, 1 by definition.",
             "Geometric mean ratios: "
             + ", ".join(
-                f"{quantity.value(each.comparison_um_pp)}: {each.ratio:.3g}"
+                f"{quantity.value(each.comparison_level)}: {each.ratio:.3g}"
                 for each in task.surfaces
             ),
         ),
@@ -87,7 +87,7 @@ def _ratio_table(task: TaskRatios, quantity: Quantity) -> Markup:
         html.columns(*titles),
         [
             [
-                f"{each.comparison_um_pp:g}",
+                f"{each.comparison_level:g}",
                 str(each.participants),
                 str(each.judgements),
                 significant(each.ratio),
@@ -95,7 +95,7 @@ def _ratio_table(task: TaskRatios, quantity: Quantity) -> Markup:
             ]
             for each in task.surfaces
         ],
-        f"Judged ratio to the standard ({quantity.value(task.standard_um_pp)}{quantity.behind}): "
+        f"Judged ratio to the standard ({quantity.value(task.standard_level)}{quantity.behind}): "
         "geometric mean of participants' geometric means, with a t-based interval computed on "
         "logarithms.",
     )
@@ -105,10 +105,10 @@ def _ratio_table(task: TaskRatios, quantity: Quantity) -> Markup:
 def ratios(found: TaskRatios, trials: pd.DataFrame, quantity: Quantity) -> Figure:
     """Plot judged ratios to the standard on logarithmic axes."""
     figure, axes = canvas(size=SIZE)
-    main = trials[~trials["catch"] & (trials["standard_um_pp"] == found.standard_um_pp)]
-    table = log_cells(main, "comparison_um_pp", "ratio")
+    main = trials[~trials["catch"] & (trials["standard_level"] == found.standard_level)]
+    table = log_cells(main, "comparison_level", "ratio")
     table = table.loc[:, table.columns.to_numpy(float) > 0]  # 0 has no place on a logarithmic axis
-    shown = [each for each in found.surfaces if each.comparison_um_pp > 0]
+    shown = [each for each in found.surfaces if each.comparison_level > 0]
     amplitudes = table.columns.to_numpy(float)
     draw_people(axes, amplitudes, np.exp(table.to_numpy(float)))
     means = [each.ratio for each in shown]
@@ -122,10 +122,10 @@ def ratios(found: TaskRatios, trials: pd.DataFrame, quantity: Quantity) -> Figur
             zorder=2,
         )
     axes.plot(
-        [found.standard_um_pp], [1.0], "D", color=INK, markersize=5, zorder=4, label="standard"
+        [found.standard_level], [1.0], "D", color=INK, markersize=5, zorder=4, label="standard"
     )
     axes.axhline(1, color=GREY, linewidth=0.8, linestyle=":", zorder=0)
-    make_logarithmic(axes, np.append(amplitudes, found.standard_um_pp))
+    make_logarithmic(axes, np.append(amplitudes, found.standard_level))
     axes.set_xlabel(quantity.headed(quantity.title))
     axes.set_ylabel(f"Times as {quantity.adjective} as the standard")
     axes.legend(loc="lower right")
@@ -147,7 +147,7 @@ ANALYSIS = of_one_statistic(
         f"ratios_{task.name}": ratios(task, trials[trials["task"] == task.task], q)
     },
     rows=lambda task: flat_rows(
-        {"task": task.task, "standard_um_pp": task.standard_um_pp}, task.surfaces
+        {"task": task.task, "standard_level": task.standard_level}, task.surfaces
     ),
     session_tables=mean_by_session(
         TRIALS, "mean ratio", "natural logarithm", lambda rows: logarithms(rows["ratio"])

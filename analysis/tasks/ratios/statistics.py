@@ -21,7 +21,7 @@ from slipscale.analysis.statistics.power_law import PowerLaw, power_law_of
 from slipscale.analysis.statistics.statistic import Statistic
 from slipscale.experiments.dataset.schema import PARTICIPANT
 
-JUDGED = ("ratio", "comparison_um_pp", "standard_um_pp")
+JUDGED = ("ratio", "comparison_level", "standard_level")
 
 
 def _ratios(frame: pd.DataFrame, problems: Problems) -> pd.DataFrame:
@@ -46,7 +46,7 @@ class JudgedSurface:
 
     Parameters
     ----------
-    comparison_um_pp : float
+    comparison_level : float
         Amplitude in µm peak to peak.
     participants, judgements : int
         Counts of participants and judgements.
@@ -56,7 +56,7 @@ class JudgedSurface:
         t-based interval, computed on logarithms; None if not defined.
     """
 
-    comparison_um_pp: float
+    comparison_level: float
     participants: int
     judgements: int
     ratio: float
@@ -71,7 +71,7 @@ class TaskRatios:
     ----------
     task : str
         Task label, as in file names.
-    standard_um_pp : float
+    standard_level : float
         Amplitude in µm peak to peak.
     name : str
         Name of the figure: the task label, followed by the standard in nm if the task has several
@@ -87,7 +87,7 @@ class TaskRatios:
     """
 
     task: str
-    standard_um_pp: float
+    standard_level: float
     name: str
     participants: int
     answers: int
@@ -111,12 +111,12 @@ def ratios(trials: pd.DataFrame, confidence: float = 0.95) -> tuple[TaskRatios, 
         _task(
             task,
             standard,
-            rows[rows["standard_um_pp"] == standard],
+            rows[rows["standard_level"] == standard],
             name=task if len(standards) == 1 else f"{task}_{1000 * standard:.0f}nm",
             confidence=confidence,
         )
         for task, rows in by_task(trials)
-        for standards in [sorted(rows.loc[~rows["catch"], "standard_um_pp"].unique().tolist())]
+        for standards in [sorted(rows.loc[~rows["catch"], "standard_level"].unique().tolist())]
         for standard in standards
     )
 
@@ -149,22 +149,22 @@ def _task(
     task: str, standard: float, rows: pd.DataFrame, *, name: str, confidence: float
 ) -> TaskRatios:
     main, catch = rows[~rows["catch"]], rows[rows["catch"]]
-    table = log_cells(main, "comparison_um_pp", "ratio")
+    table = log_cells(main, "comparison_level", "ratio")
     surfaces = []
     for amplitude in table.columns:
         mean, interval = geometric(table[amplitude], confidence)
         surfaces.append(
             JudgedSurface(
-                comparison_um_pp=float(amplitude),
+                comparison_level=float(amplitude),
                 participants=int(table[amplitude].notna().sum()),
-                judgements=int((main["comparison_um_pp"] == amplitude).sum()),
+                judgements=int((main["comparison_level"] == amplitude).sum()),
                 ratio=mean,
                 interval=interval,
             )
         )
     return TaskRatios(
         task=task,
-        standard_um_pp=standard,
+        standard_level=standard,
         name=name,
         participants=len(table),
         answers=len(main),

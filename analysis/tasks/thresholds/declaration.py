@@ -31,7 +31,7 @@ def rows(task: TaskThresholds) -> list[JsonObject]:
         row: JsonObject = {
             "task": task.task,
             "participant_id": each.participant,
-            "standard_um_pp": task.standard_um_pp,
+            "standard_level": task.standard_level,
             "trials": each.trials,
             "correct": each.correct,
             "catch_trials": each.catch_trials,
@@ -41,16 +41,16 @@ def rows(task: TaskThresholds) -> list[JsonObject]:
         if isinstance(each.function, NotComputed):
             found.append(row | {"reason": each.function.reason})
             continue
-        low, high = each.function.threshold_um_pp.interval
+        low, high = each.function.threshold_level.interval
         row |= {
-            "threshold_um_pp": each.function.threshold_um_pp.value,
+            "threshold_level": each.function.threshold_level.value,
             "threshold_ci_low": low,
             "threshold_ci_high": high,
             "slope": each.function.slope_value,
             "lapse": each.function.lapse,
         }
         if task.population:
-            row["in_the_populations_fit_um_pp"] = task.population.participants[each.participant]
+            row["in_the_populations_fit_level"] = task.population.participants[each.participant]
         if each.weber_fraction:
             row["weber_fraction"] = each.weber_fraction.value
         if each.fit:
@@ -64,7 +64,7 @@ def _reversals(task: TaskThresholds, participant: str) -> JsonObject:
     if isinstance(task.reversals, NotComputed):
         return {}
     return {
-        _column(each.condition): own.mean_um_pp
+        _column(each.condition): own.mean_level
         for each in task.reversals.conditions
         for own in each.people
         if own.participant == participant
@@ -72,7 +72,7 @@ def _reversals(task: TaskThresholds, participant: str) -> JsonObject:
 
 
 def _column(condition: str) -> str:
-    return "_".join(filter(None, ("reversals", condition.replace(" ", "_"), "um_pp")))
+    return "_".join(filter(None, ("reversals", condition.replace(" ", "_"), "level")))
 
 
 def session_tables(data: Dataset, _prepared: Prepared | None) -> Iterator[SessionTable]:
@@ -87,7 +87,7 @@ def _thresholds(rows: pd.DataFrame) -> pd.DataFrame:
     method = str(rows["method"].iloc[0])
     keys = [main[PARTICIPANT].astype(str), main["session"].astype(str)]
     answers = {
-        key: Answers.of_trials(own["level_um_pp"].tolist(), own["correct"].tolist())
+        key: Answers.of_trials(own["track_level"].tolist(), own["correct"].tolist())
         for key, own in main.groupby(keys)
     }
     values = threshold_values(

@@ -51,9 +51,9 @@ def functions(found: TaskThresholds, trials: pd.DataFrame, quantity: Quantity) -
     )
     compared = found.method == COMPARED
     logarithmic = CURVES[found.curve].logarithmic
-    levels = main["level_um_pp"].to_numpy(float)
+    levels = main["track_level"].to_numpy(float)
     levels = levels[levels > 0] if logarithmic else levels
-    thresholds = [each.function.threshold_um_pp.value for each in people if each.function]
+    thresholds = [each.function.threshold_level.value for each in people if each.function]
     low, high = min([levels.min(), *thresholds]), max([levels.max(), *thresholds])
     margin = 0.05 * (high - low)
     fine = (
@@ -61,13 +61,13 @@ def functions(found: TaskThresholds, trials: pd.DataFrame, quantity: Quantity) -
         if logarithmic
         else np.linspace(low - margin, high + margin, 200)
     )
-    _answers(top, main[main["level_um_pp"].isin(levels)], quantity, logarithmic=logarithmic)
+    _answers(top, main[main["track_level"].isin(levels)], quantity, logarithmic=logarithmic)
     for each in people if len(people) <= LINES_AT_MOST else []:
         line = each.function
         if line:
             own = within_answers(line, main[main[PARTICIPANT].astype(str) == each.participant])
             (drawn,) = top.plot(fine, own.proportion(fine), color=PALE, linewidth=1.0, zorder=1)
-            value = quantity.value(f"{line.threshold_um_pp.value:.3g}")
+            value = quantity.value(f"{line.threshold_level.value:.3g}")
             drawn.set_gid(tip(f"{each.participant}: threshold {value}"))
     top.plot([], color=PALE, linewidth=1.0, label="participants")
     chance = 0.5 if compared else METHODS[found.method].guess_rate
@@ -83,7 +83,7 @@ def functions(found: TaskThresholds, trials: pd.DataFrame, quantity: Quantity) -
         bottom.xaxis.set_minor_locator(NullLocator())
         bottom.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
     bottom.set_xlim(fine[0], fine[-1])
-    over_levels = compared or found.standard_um_pp is None
+    over_levels = compared or found.standard_level is None
     bottom.set_xlabel(quantity.headed(quantity.title) if over_levels else quantity.change)
     drawn_in = [axes.get_legend_handles_labels() for axes in (top, bottom)]
     figure.legend(
@@ -100,7 +100,7 @@ def within_answers(line: PsychometricFunction, rows: pd.DataFrame) -> Psychometr
     For a participant without errors, the estimated lapse rate is the posterior mean, which is above
     0. A curve with this lapse rate would not reach the observed 100 %.
     """
-    levels, right = rows["level_um_pp"], rows["correct"].astype(float)
+    levels, right = rows["track_level"], rows["correct"].astype(float)
     wrong_at_top = 1 - float(right[levels == levels.max()].mean())
     own = replace(line, lapse=min(line.lapse, wrong_at_top))
     if line.method != COMPARED:
@@ -110,7 +110,7 @@ def within_answers(line: PsychometricFunction, rows: pd.DataFrame) -> Psychometr
 
 def _answers(axes: Axes, rows: pd.DataFrame, quantity: Quantity, *, logarithmic: bool) -> None:
     """Draw the proportion of answers per bin; dot area shows the number of answers."""
-    levels = rows["level_um_pp"].to_numpy(float)
+    levels = rows["track_level"].to_numpy(float)
     levels = np.log(levels) if logarithmic else levels
     distinct = np.unique(levels)
     if len(distinct) <= 2 * BINS:
@@ -141,7 +141,7 @@ def _thresholds(axes: Axes, found: TaskThresholds, quantity: Quantity) -> None:
     for place, each in enumerate(people):
         if not each.function:
             continue
-        estimate = each.function.threshold_um_pp
+        estimate = each.function.threshold_level
         low, high = estimate.interval
         value = quantity.value(f"{estimate.value:.3g}")
         axes.plot([low, high], [place, place], color=PALE, linewidth=1.4, zorder=1)
@@ -154,10 +154,10 @@ def _thresholds(axes: Axes, found: TaskThresholds, quantity: Quantity) -> None:
             gid=tip(f"{each.participant}: {value} [{low:.3g}, {high:.3g}]"),
         )
     if found.population:
-        low, high = found.population.threshold_um_pp.interval
+        low, high = found.population.threshold_level.interval
         axes.axvspan(low, high, color="#F6D7C7", linewidth=0, zorder=0)
         axes.axvline(
-            found.population.threshold_um_pp.value, color=VERMILION, linewidth=1.6, zorder=0
+            found.population.threshold_level.value, color=VERMILION, linewidth=1.6, zorder=0
         )
         axes.plot([], color=VERMILION, linewidth=1.6, label="population")
     axes.set_ylim(len(people) - 0.4, -0.6)
@@ -181,13 +181,13 @@ def tracks(found: TaskThresholds, trials: pd.DataFrame, quantity: Quantity) -> F
         own = main[main[PARTICIPANT].astype(str) == each.participant].sort_values("trial")
         for number, (_, track) in enumerate(own.groupby("track", dropna=False)):
             colour = (BLUE, VERMILION, GREY)[number % 3]
-            x, y = track["trial"].to_numpy(float), track["level_um_pp"].to_numpy(float)
+            x, y = track["trial"].to_numpy(float), track["track_level"].to_numpy(float)
             right = track["correct"].to_numpy(bool)
             axes.plot(x, y, color=colour, linewidth=0.8)
             axes.plot(x[right], y[right], "o", color=colour, markersize=2.6)
             axes.plot(x[~right], y[~right], "o", color=colour, markersize=3.4, mfc="white")
         if each.function:
-            axes.axhline(each.function.threshold_um_pp.value, color=INK, linewidth=0.9, ls="--")
+            axes.axhline(each.function.threshold_level.value, color=INK, linewidth=0.9, ls="--")
         axes.set_title(each.participant, fontsize=8.5)
         axes.set_yscale("log")
         axes.yaxis.set_major_locator(LogLocator(base=10, subs=(1, 2, 5)))

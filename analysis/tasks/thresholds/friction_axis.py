@@ -103,29 +103,29 @@ def friction_threshold(
         )
     main = rows[known & ~caught]
     change = change[main.index]
-    level = main["level_um_pp"]
+    level = main["track_level"]
     rises = float(((level - level.mean()) * change).sum())
     change = change if rises >= 0 else -change
     conditions = [name for name in rows if str(name).startswith(FACTOR)]
-    by = [main[name] for name in (PARTICIPANT, "session", *conditions, "level_um_pp")]
+    by = [main[name] for name in (PARTICIPANT, "session", *conditions, "track_level")]
     means = change.groupby(by, observed=True, dropna=False).transform("mean")
     averaged = choices.threshold_friction == "level_means"
     linear = OTHER_AXIS[curve] if CURVES[curve].logarithmic else curve
-    levels = rows["level_um_pp"].where(caught)  # only lapses miss catch trials
+    levels = rows["track_level"].where(caught)  # only lapses miss catch trials
     step = STEP * float(change.std()) or 1.0
     levels.update(means if averaged else (change / step).round() * step)
-    measured = rows.assign(level_um_pp=levels)[known | caught]
+    measured = rows.assign(track_level=levels)[known | caught]
     found = population_threshold(measured, choices, method=method, curve=linear)
     if isinstance(found, NotComputed):
         return found
-    just = found.half_width_um_pp if method == "comparison" else found.threshold_um_pp
+    just = found.half_width_level if method == "comparison" else found.threshold_level
     standard = float(main[OTHER_FRICTION].mean())
     cells = len(means.groupby(by, observed=True, dropna=False).size())
     spare = len(main) - cells
     return FrictionThreshold(
         lower=rises >= 0,
         averaged=averaged,
-        change=found.threshold_um_pp,
+        change=found.threshold_level,
         just_noticeable=just,
         weber_fraction=over(just, standard) if just else just,
         standard=standard,

@@ -10,6 +10,7 @@ from itertools import combinations
 import numpy as np
 import pandas as pd
 
+from slipscale.analysis.json_form import Unchanged, renamed
 from slipscale.analysis.preprocessing.sufficiency import FEWEST, few
 from slipscale.analysis.reading.surface_labels import numbers_first
 from slipscale.analysis.reading.trial_tables import FACTOR, factor_columns
@@ -36,7 +37,7 @@ CLEARLY = 2.0
 COMBINED = ", "
 
 
-def weber_fraction(fitted: PsychometricFunction, standard_um_pp: float) -> Estimate | NotComputed:
+def weber_fraction(fitted: PsychometricFunction, standard_level: float) -> Estimate | NotComputed:
     """Return the just noticeable difference as a fraction of the standard.
 
     In a forced choice between intervals, levels are differences from the standard, and the just
@@ -48,16 +49,16 @@ def weber_fraction(fitted: PsychometricFunction, standard_um_pp: float) -> Estim
     UserError
         The standard is not above 0, or the method has no standard.
     """
-    if not (np.isfinite(standard_um_pp) and standard_um_pp > 0):
-        raise UserError(f"standard_um_pp is {standard_um_pp:g}, expected above 0")
+    if not (np.isfinite(standard_level) and standard_level > 0):
+        raise UserError(f"standard_level is {standard_level:g}, expected above 0")
     if fitted.method == "yes_no":
         raise UserError("a Weber fraction requires a standard, but yes_no trials have no standard")
     if fitted.method != "comparison":
-        return over(fitted.threshold_um_pp, standard_um_pp)
+        return over(fitted.threshold_level, standard_level)
     if isinstance(fitted.slope, NotComputed):
         return fitted.slope
-    middle = fitted.threshold_um_pp.value
-    return over(_half_width(fitted.slope, CURVES[fitted.curve], middle), standard_um_pp)
+    middle = fitted.threshold_level.value
+    return over(_half_width(fitted.slope, CURVES[fitted.curve], middle), standard_level)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -66,7 +67,7 @@ class LevelOfFactor:
 
     name: str
     n: int
-    threshold_um_pp: Estimate
+    threshold_level: Estimate
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -102,6 +103,10 @@ class Factor:
     levels: tuple[LevelOfFactor, ...]
     contrasts: tuple[Contrast, ...]
 
+    def json_form(self) -> Mapping[str, object]:
+        """Return a dictionary with the keys used in the JSON output."""
+        return renamed(self, levels=Unchanged("levels"))
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PopulationThreshold:
@@ -109,7 +114,7 @@ class PopulationThreshold:
 
     Parameters
     ----------
-    threshold_um_pp : Estimate
+    threshold_level : Estimate
         Threshold of the typical participant: the centre of the normal distribution of thresholds on
         the axis of the curve.
     sd : float
@@ -120,7 +125,7 @@ class PopulationThreshold:
     sd_log_slope : float or NotComputed
         Standard deviation of the natural logarithm of the slope between participants. With several
         sessions or conditions, all participants have the same slope.
-    half_width_um_pp : Estimate or NotComputed
+    half_width_level : Estimate or NotComputed
         Half the distance between the 25 % and 75 % points, for comparisons and for curves on a
         linear axis.
     lapse : float
@@ -137,11 +142,11 @@ class PopulationThreshold:
         that curve fits clearly better. Otherwise empty.
     """
 
-    threshold_um_pp: Estimate
+    threshold_level: Estimate
     sd: float
     slope: Estimate | NotComputed
     sd_log_slope: float | NotComputed
-    half_width_um_pp: Estimate | NotComputed
+    half_width_level: Estimate | NotComputed
     lapse: float
     n: int
     answers: int
@@ -177,7 +182,7 @@ def population_threshold(
     people = sorted(main["who"].unique())
     if len(people) < FEWEST:
         return NotComputed(few("participants", len(people)))
-    if main["level_um_pp"].nunique() < 2 or main["correct"].nunique() < 2:  # noqa: PLR2004
+    if main["track_level"].nunique() < 2 or main["correct"].nunique() < 2:  # noqa: PLR2004
         return NotComputed(
             "there is only one level, or all answers are the same, so no curve can be fitted"
         )
@@ -201,7 +206,7 @@ def population_threshold(
         half = _half_width(slope, model.curve, middle) if isinstance(slope, Estimate) else slope
     own = fit.coordinates(np.array([found.value])) + fit.deviations()
     return PopulationThreshold(
-        threshold_um_pp=estimate(levels(fit.coordinates(np.array(found))), confidence),
+        threshold_level=estimate(levels(fit.coordinates(np.array(found))), confidence),
         sd=fit.sd / float(np.log(10)) if model.curve.logarithmic else fit.sd,
         slope=slope,
         sd_log_slope=(
@@ -209,7 +214,7 @@ def population_threshold(
             if fit.slopes_differ
             else NotComputed("one slope is fitted to all sessions and conditions")
         ),
-        half_width_um_pp=half,
+        half_width_level=half,
         lapse=float(fit.best.theta[fit.lapse]),
         n=len(people),
         answers=len(main),
@@ -220,12 +225,12 @@ def population_threshold(
 
 
 def population_weber(
-    found: PopulationThreshold, method: str, standard_um_pp: float
+    found: PopulationThreshold, method: str, standard_level: float
 ) -> Estimate | NotComputed:
     """Return the Weber fraction of the population."""
     compared = METHODS[method].guess == "equal to lapse"
-    part = found.half_width_um_pp if compared else found.threshold_um_pp
-    return over(part, standard_um_pp) if isinstance(part, Estimate) else part
+    part = found.half_width_level if compared else found.threshold_level
+    return over(part, standard_level) if isinstance(part, Estimate) else part
 
 
 def over(found: Estimate, standard: float) -> Estimate:
@@ -251,7 +256,7 @@ def _better_curve(
     fit: HierarchicalFit, curve: str, counted: pd.DataFrame, right: tuple[int, int]
 ) -> str:
     """Return the curve on the other axis if that curve fits clearly better, otherwise ""."""
-    other, levels = OTHER_AXIS[curve], counted["level_um_pp"].to_numpy(float)
+    other, levels = OTHER_AXIS[curve], counted["track_level"].to_numpy(float)
     if levels.min() <= 0:
         return ""
     model = replace(fit.model, curve=CURVES[other])
@@ -266,16 +271,16 @@ def _right(catches: pd.DataFrame, method: str) -> tuple[int, int]:
     """Count correct and wrong answers to catch trials, in which wrong answers are lapses."""
     correct = catches["correct"].astype(bool)
     if METHODS[method].guess == "equal to lapse":
-        more = catches["level_um_pp"] - catches["standard_um_pp"]
+        more = catches["track_level"] - catches["standard_level"]
         correct, catches = correct[more != 0] == (more > 0)[more != 0], catches[more != 0]
     return int(correct.sum()), len(catches) - int(correct.sum())
 
 
 def _counted(main: pd.DataFrame, model: Model) -> pd.DataFrame:
     """Return one row per participant, session, condition and level."""
-    keys = ["who", "session", *factor_columns(main), "level_um_pp"]
+    keys = ["who", "session", *factor_columns(main), "track_level"]
     counted = main.groupby(keys)["correct"].agg(["sum", "size"]).reset_index()
-    u = likelihood.coordinates(model.curve, counted["level_um_pp"].to_numpy(float))
+    u = likelihood.coordinates(model.curve, counted["track_level"].to_numpy(float))
     return counted.assign(u=u)
 
 
@@ -368,7 +373,7 @@ def _factor(
             LevelOfFactor(
                 name=label,
                 n=int(who[labels == label].nunique()),
-                threshold_um_pp=estimate(of_levels.model.curve.level(ends), confidence),
+                threshold_level=estimate(of_levels.model.curve.level(ends), confidence),
             )
         )
     pairs = [] if COMBINED in name else list(combinations(range(len(names)), 2))

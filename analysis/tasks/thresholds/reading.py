@@ -29,12 +29,12 @@ from slipscale.experiments.dataset.schema import INTERVAL, PARTICIPANT
 from slipscale.stimuli.quantity import PLATE_AMPLITUDE, Quantity
 
 #: Columns for the level and the answer, by which a table is recognised.
-FORCED_CHOICE = ("level_um_pp", "correct")
-COMPARISON = ("comparison_um_pp", "comparison_more")
-NUMBERS = ("trial", "track", "level_um_pp", "standard_um_pp", "response_time")
+FORCED_CHOICE = ("track_level", "correct")
+COMPARISON = ("comparison_level", "comparison_more")
+NUMBERS = ("trial", "track", "track_level", "standard_level", "response_time")
 COLUMNS = (
     *IDENTITY,
-    *("task", "method", "trial", "track", "catch", "standard_um_pp", "level_um_pp"),
+    *("task", "method", "trial", "track", "catch", "standard_level", "track_level"),
     *("correct", "response_time", "flag", TARGET_FRICTION, OTHER_FRICTION),
 )
 #: Columns that give the number of the interval with the target (the odd stimulus or the
@@ -46,7 +46,7 @@ FRICTION = tuple(f"{INTERVAL}{number}_{COEFFICIENT}" for number in (1, 2, 3))
 def empty_choices() -> pd.DataFrame:
     """Return an empty table with the columns of `read_choices`."""
     return pd.DataFrame({name: pd.Series(dtype=object) for name in COLUMNS}).astype(
-        dict.fromkeys(("level_um_pp", "standard_um_pp", "track", "response_time"), float)
+        dict.fromkeys(("track_level", "standard_level", "track", "response_time"), float)
     )
 
 
@@ -111,7 +111,7 @@ def _read(
         kind="choice",
         required=marks,
         columns=(
-            *("trial", "track", "catch", "standard_um_pp", *marks),
+            *("trial", "track", "catch", "standard_level", *marks),
             *("response", "response_time", third, *TARGET, *FRICTION),
             *factors,
         ),
@@ -127,7 +127,7 @@ def _read(
     crossed = [name for name in factors if name in frame]
     frame = frame.assign(**{FACTOR + name: labels(frame, name, "") for name in crossed})
     choices = told_choices(frame, marks, quantity_of(entries[0][0]))
-    answered = choices["correct"].notna() & choices["level_um_pp"].notna()
+    answered = choices["correct"].notna() & choices["track_level"].notna()
     kept = choices[answered]
     add_counts(counts, "choice", unanswered=(~answered).sum(), analysed=len(kept))
     columns = [*COLUMNS, *(FACTOR + name for name in crossed)]
@@ -186,7 +186,7 @@ def _methods(frame: pd.DataFrame) -> dict[str, str]:
     """
     found = {}
     for task, rows in frame.groupby("task"):
-        apart = rows["level_um_pp"] - rows["standard_um_pp"]
+        apart = rows["track_level"] - rows["standard_level"]
         chosen = rows["response"].dropna().astype(str).isin(["1", "2"]).all()
         one_side = bool((apart.dropna() > 0).all() or (apart.dropna() < 0).all())
         found[str(task)] = "two_interval" if chosen and one_side else "comparison"
@@ -196,10 +196,10 @@ def _methods(frame: pd.DataFrame) -> dict[str, str]:
 def _one_sided(frame: pd.DataFrame, quantity: Quantity) -> None:
     """In one-sided tasks, replace levels by differences, and answers by right or wrong."""
     rows = frame["method"] == "two_interval"
-    apart = (frame["level_um_pp"] - frame["standard_um_pp"])[rows]
+    apart = (frame["track_level"] - frame["standard_level"])[rows]
     right = frame.loc[rows, "correct"].where(apart > 0, 1 - frame.loc[rows, "correct"])
     frame.loc[rows, "correct"] = right
-    frame.loc[rows, "level_um_pp"] = told_apart(apart.abs(), quantity)
+    frame.loc[rows, "track_level"] = told_apart(apart.abs(), quantity)
 
 
 TRIALS = TaskTrials(

@@ -34,7 +34,7 @@ class PersonReversals:
     """A participant's mean reversal level in a condition; NaN if no track has enough reversals."""
 
     participant: str
-    mean_um_pp: float
+    mean_level: float
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -47,7 +47,7 @@ class ConditionReversals:
         Levels of the factors; empty without factors.
     tracks, left_out : int
         Counts of all tracks, and of tracks with too few reversals.
-    mean_um_pp : Estimate or NotComputed
+    mean_level : Estimate or NotComputed
         Mean across participants, with a t-based interval.
     people : tuple of PersonReversals
     """
@@ -55,7 +55,7 @@ class ConditionReversals:
     condition: str
     tracks: int
     left_out: int
-    mean_um_pp: Estimate | NotComputed
+    mean_level: Estimate | NotComputed
     people: tuple[PersonReversals, ...]
 
 
@@ -140,9 +140,9 @@ def _condition(
         condition=name,
         tracks=tracks,
         left_out=tracks - sum(map(len, own.values())),
-        mean_um_pp=fold(found, estimated, NotComputed),
+        mean_level=fold(found, estimated, NotComputed),
         people=tuple(
-            PersonReversals(participant=who, mean_um_pp=float(rule.level_at(value)))
+            PersonReversals(participant=who, mean_level=float(rule.level_at(value)))
             for who, value in zip(own, values, strict=True)
         ),
     )

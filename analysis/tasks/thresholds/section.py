@@ -73,7 +73,7 @@ def blocks(
 
 
 def _range(task: TaskThresholds, quantity: Quantity) -> str:
-    found = [each.function.threshold_um_pp.value for each in task.participants if each.function]
+    found = [each.function.threshold_level.value for each in task.participants if each.function]
     if not found:
         return "Individual participants"
     low, middle, high = map(significant, (min(found), median(found), max(found)))
@@ -96,7 +96,7 @@ def _factors(task: TaskThresholds, quantity: Quantity) -> list[Markup]:
                 factor_name(factor.name),
                 factor_level(factor.name, each.name),
                 str(each.n),
-                *_interval_cells(each.threshold_um_pp),
+                *_interval_cells(each.threshold_level),
             ]
             for each in factor.levels
         ]
@@ -129,7 +129,7 @@ def _interval_cells(found: Estimate) -> list[str]:
 
 def _fitted(found: PsychometricFunction) -> list[str]:
     return [
-        *_interval_cells(found.threshold_um_pp),
+        *_interval_cells(found.threshold_level),
         cell(found.slope, lambda slope: significant(slope.value)),
         f"{100 * found.lapse:.1f} %",
     ]
@@ -149,7 +149,7 @@ def _caption(task: TaskThresholds, level: float, quantity: Quantity) -> str:
 
 def _alt(task: TaskThresholds, quantity: Quantity) -> str:
     shown = [
-        f"{each.participant} {quantity.value(significant(function.threshold_um_pp.value))}"
+        f"{each.participant} {quantity.value(significant(function.threshold_level.value))}"
         for each in task.participants
         for function in all_computed([each.function])
     ]

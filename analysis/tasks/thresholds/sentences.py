@@ -47,16 +47,16 @@ def title(found: TaskThresholds, quantity: Quantity) -> str:
 
     >>> from types import SimpleNamespace
     >>> from slipscale.stimuli.quantity import PLATE_AMPLITUDE
-    >>> task = SimpleNamespace(task="differencethreshold", standard_um_pp=1.2, method="")
+    >>> task = SimpleNamespace(task="differencethreshold", standard_level=1.2, method="")
     >>> title(task, PLATE_AMPLITUDE)
     'Difference threshold at 1.2 µm'
     """
     if found.method == COMPARED:
-        standard = quantity.value(found.standard_um_pp or 0)
+        standard = quantity.value(found.standard_level or 0)
         return task_name(f"Constant stimuli around {standard}", found.task)
-    if found.standard_um_pp is None:
+    if found.standard_level is None:
         return task_name("Detection threshold", found.task)
-    return task_name(f"Difference threshold at {quantity.value(found.standard_um_pp)}", found.task)
+    return task_name(f"Difference threshold at {quantity.value(found.standard_level)}", found.task)
 
 
 def answers(found: TaskThresholds, confidence: float, quantity: Quantity) -> list[str]:
@@ -74,8 +74,8 @@ def _tested(joint: PopulationThreshold) -> list[Factor]:
 
 def _by(factor: Factor, found: TaskThresholds, confidence: float, quantity: Quantity) -> str:
     values = "; ".join(
-        f"{quantity.value(significant(each.threshold_um_pp.value))}, {level_of(confidence)} CI "
-        f"{bracketed(each.threshold_um_pp.interval, significant)} "
+        f"{quantity.value(significant(each.threshold_level.value))}, {level_of(confidence)} CI "
+        f"{bracketed(each.threshold_level.interval, significant)} "
         f"({factor_level(factor.name, each.name)})"
         for each in factor.levels
     )
@@ -103,7 +103,7 @@ def _pooled(found: TaskThresholds, confidence: float, quantity: Quantity) -> str
     what = f"{title(found, quantity)}{averaged(found)}"
     if isinstance(found.population, NotComputed):
         return f"{what}: no population threshold was computed ({found.population.reason})."
-    threshold = found.population.threshold_um_pp
+    threshold = found.population.threshold_level
     text = (
         f"{what}: {MEANT[found.method][0]}"
         f"{quantity.with_convention(significant(threshold.value))}, {level_of(confidence)} CI "
@@ -149,9 +149,9 @@ def _change(change: float, task: TaskThresholds, quantity: Quantity) -> str:
 
 def _reversals(found: Reversals, confidence: float, quantity: Quantity) -> str:
     def mean(each: ConditionReversals) -> str:
-        n = sum(np.isfinite(person.mean_um_pp) for person in each.people)
+        n = sum(np.isfinite(person.mean_level) for person in each.people)
         value = fold(
-            each.mean_um_pp,
+            each.mean_level,
             lambda found: (
                 f"{quantity.value(significant(found.value))}, {level_of(confidence)} CI "
                 f"{bracketed(found.interval, significant)}, n = {n}"

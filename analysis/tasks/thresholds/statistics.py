@@ -86,7 +86,7 @@ class TaskThresholds:
         A key of `slipscale.analysis.statistics.psychometrics.psychometric_function.METHODS`.
     curve : str
         A key of `slipscale.experiments.protocol_parts.adaptive.curves.CURVES`.
-    standard_um_pp : float or None
+    standard_level : float or None
         Level of the standard, µm peak to peak. None for detection tasks, or if trials have
         different standards.
     participants : tuple of ParticipantThreshold
@@ -105,7 +105,7 @@ class TaskThresholds:
     task: str
     method: str
     curve: str
-    standard_um_pp: float | None
+    standard_level: float | None
     participants: tuple[ParticipantThreshold, ...]
     population: PopulationThreshold | NotComputed
     weber_fraction: Estimate | NotComputed
@@ -152,14 +152,14 @@ def _task(
 ) -> TaskThresholds:
     method = str(rows["method"].iloc[0])
     curve = choices.threshold_curve or CURVE_OF.get(method, "weibull")
-    standards = rows["standard_um_pp"].dropna().unique()
+    standards = rows["standard_level"].dropna().unique()
     standard = float(standards[0]) if len(standards) == 1 and standards[0] > 0 else None
     population = population_threshold(rows, choices, method=method, curve=curve, group_of=group_of)
     return TaskThresholds(
         task=task,
         method=method,
         curve=curve,
-        standard_um_pp=standard,
+        standard_level=standard,
         participants=tuple(
             _participant(str(who), own, standard, rule, curve=curve, choices=choices)
             for who, own in rows.groupby(PARTICIPANT, observed=True)
@@ -190,7 +190,7 @@ def _participant(
     fit: GoodnessOfFit | NotComputed = NotComputed("no function was fitted")
     weber: Estimate | NotComputed = NotComputed("no function was fitted")
     if len(main):
-        answers = Answers.of_trials(main["level_um_pp"].tolist(), main["correct"].tolist())
+        answers = Answers.of_trials(main["track_level"].tolist(), main["correct"].tolist())
         share, confidence = choices.threshold_share, choices.confidence
         function = fit_threshold_by_posterior(
             answers, method=method, curve=curve, share=share, confidence=confidence
@@ -240,7 +240,7 @@ def _correct(rows: pd.DataFrame, method: str) -> int:
     """Count correct answers, except those to comparisons that are equal to the standard."""
     if method != COMPARED:
         return int(rows["correct"].sum())
-    more = rows["level_um_pp"] - rows["standard_um_pp"]
+    more = rows["track_level"] - rows["standard_level"]
     return int((rows["correct"] & (more > 0)).sum() + (~rows["correct"] & (more < 0)).sum())
 
 
@@ -285,7 +285,7 @@ THRESHOLDS: Statistic[tuple[TaskThresholds, ...]] = Statistic(
         "thresholds differ between {2} and {3} ({1}, Holm)",
     },
     headlines={
-        r"([^ ]+)(?: - .+)?\.population\.threshold_um_pp\.value": "{0}: threshold, "
+        r"([^ ]+)(?: - .+)?\.population\.threshold_level\.value": "{0}: threshold, "
         "{q.unit_in_short}",
         r"([^ ]+)(?: - .+)?\.population\.sd": "{0}: SD across participants, log10 units",
         r"([^ ]+)(?: - .+)?\.weber_fraction\.value": "{0}: Weber fraction",

@@ -10,9 +10,9 @@ LAST = 4
 def differences(own):
     """Yield each task's trials with the difference between the intervals, in µm peak to peak."""
     for task, rows in own.dataset.others.items():
-        if {"rougher", "interval2_amplitude_um_pp"} <= set(rows):
-            change = rows["interval1_amplitude_um_pp"] - rows["interval2_amplitude_um_pp"]
-            yield task, rows.assign(difference_um_pp=change.abs())
+        if {"rougher", "interval2_level"} <= set(rows):
+            change = rows["interval1_level"] - rows["interval2_level"]
+            yield task, rows.assign(difference_level=change.abs())
 
 
 @styled
@@ -24,7 +24,7 @@ def drawn(tasks):
     axes = figure.subplots()
     for (task, rows), style in zip(tasks, ("-", "--", ":", "-."), strict=False):
         for who, own in rows.groupby("participant_id", observed=True):
-            axes.plot(own["trial"], own["difference_um_pp"], style, label=f"{who}, {task}")
+            axes.plot(own["trial"], own["difference_level"], style, label=f"{who}, {task}")
     axes.set(xlabel="Trial", ylabel="Difference (µm, peak to peak)")
     axes.legend(fontsize="small")
     return figure
@@ -37,11 +37,11 @@ def analysis(own):
         return NotComputed("no trials of a shrinking-difference task")
     tables, numbers, sentences = [], {}, []
     for task, rows in tasks:
-        last = rows.groupby("participant_id", observed=True)["difference_um_pp"].apply(
+        last = rows.groupby("participant_id", observed=True)["difference_level"].apply(
             lambda each: each.tail(LAST).mean()
         )
         tables.append(last.reset_index().assign(task=task))
-        numbers[task] = {"mean_um_pp": float(last.mean()), "participants": len(last)}
+        numbers[task] = {"mean_level": float(last.mean()), "participants": len(last)}
         sentences.append(
             f"The mean of the last {LAST} differences in {task} was {last.mean():.2f} µm (peak to "
             f"peak, {len(last)} participants)."

@@ -18,8 +18,8 @@ from slipscale.experiments.study.file import file_names
 from slipscale.experiments.study.schema import UNITS, Schema, study_schema
 from slipscale.faults.toml_lines import Place
 from slipscale.faults.validation import Told, place_in_words
-from slipscale.stimuli.field_names import in_code
-from slipscale.stimuli.quantity import Quantity
+from slipscale.stimuli.level_names import in_code, is_level
+from slipscale.stimuli.quantity import PLATE_AMPLITUDE, Quantity
 
 IN_UM = UNITS["_um_pp"]
 KINDS: Mapping[str, Kind] = {"boolean": "switch", "integer": "number", "number": "number"}
@@ -173,8 +173,8 @@ class StudyForm:
         needed = schema.get("required", ())
         for declared, inner in schema.get("properties", {}).items():
             key = declared
-            if in_code(declared) != declared:
-                key = self._quantity((*place, declared)).key(declared)
+            if is_level(name := in_code(PLATE_AMPLITUDE)[declared]):
+                key = self._quantity((*place, declared)).named(name)
             here, value = (*place, key), content.get(key)
             found = _definition(inner)
             if "const" in found:

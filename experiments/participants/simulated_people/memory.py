@@ -23,7 +23,7 @@ from slipscale.experiments.steps.steps import (
     Rest,
     Step,
 )
-from slipscale.stimuli.field_names import in_um
+from slipscale.stimuli.quantity import PLATE_AMPLITUDE
 from slipscale.stimuli.varied import Varied
 
 if TYPE_CHECKING:
@@ -87,7 +87,7 @@ class Memory:
         # Random numbers depend on the question's name, which must not depend on the quantity.
         self.question = "" if isinstance(step, Explore) else step.name
         if isinstance(step, Adjust):
-            self.question = in_um(step.name)
+            self.question = PLATE_AMPLITUDE.named(step.name)
         times = self._asked[_place(step)]
         if isinstance(step, Explore) and step is not self.now:
             times = max(times - 1, 0)

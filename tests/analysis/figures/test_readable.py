@@ -28,8 +28,8 @@ def test_participants_shares_lie_at_the_size_of_their_step():
     rows = [
         {
             "participant_id": f"p{who}",
-            "amplitude_before_um_pp": before,
-            "amplitude_um_pp": after,
+            "level_before": before,
+            "level": after,
             "catch": before == after,
             "difference_felt": int(before != after and (who + after) % 3 > 0),
             "verbal_report": "",

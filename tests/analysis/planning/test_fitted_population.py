@@ -22,7 +22,7 @@ CHOICES = AnalysisChoices(tests=("order",))
 
 def analysed(participants, population, amplitudes=AMPLITUDE_UM_PP, repetitions=4):
     ratings = simulate_ratings(
-        Task(amplitudes_um_pp=amplitudes, repetitions=repetitions),
+        Task(levels=amplitudes, repetitions=repetitions),
         participants=participants,
         studies=1,
         population=population,

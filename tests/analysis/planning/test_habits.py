@@ -28,7 +28,7 @@ QUIET = {"scale_tops": (100.0,), "trial_to_trial": 0.1, "shared": 0.6}
 def study(amplitudes=AMPLITUDES, participants=120, repetitions=6, **habits):
     """Return one simulated study and what the analysis prepares of it."""
     ratings = simulate_ratings(
-        Task(amplitudes_um_pp=amplitudes, repetitions=repetitions, practice=1),
+        Task(levels=amplitudes, repetitions=repetitions, practice=1),
         participants=participants,
         studies=1,
         population=Population(**QUIET, habits=Habits(**habits)),
@@ -41,7 +41,7 @@ def study(amplitudes=AMPLITUDES, participants=120, repetitions=6, **habits):
 
 def order(**habits):
     found = order_effects(study(**habits)[1])
-    return found.log_slope_per_trial, found.log_slope_per_um_pp_before
+    return found.log_slope_per_trial, found.log_slope_per_level_before
 
 
 def exponent(amplitudes=AMPLITUDES, **habits):
@@ -91,9 +91,9 @@ def test_a_range_effect_makes_the_exponent_of_a_small_range_larger():
 def test_learning_makes_the_second_half_s_residuals_smaller():
     def ratio(**habits):
         _, prepared = study(**habits)
-        trials = prepared.trials[prepared.trials["amplitude_um_pp"] > 1]
+        trials = prepared.trials[prepared.trials["level"] > 1]
         late = trials["position"] > 15
-        cells = trials.groupby([PARTICIPANT, "amplitude_um_pp", late], observed=True)["log"]
+        cells = trials.groupby([PARTICIPANT, "level", late], observed=True)["log"]
         spread = cells.std().groupby(level=2).mean()
         return spread[True] / spread[False]
 
@@ -138,7 +138,7 @@ def test_who_drops_out_leaves_trials_unanswered():
 
 def half_width(amplitudes):
     ratings = simulate_ratings(
-        Task(amplitudes_um_pp=tuple(amplitudes)),
+        Task(levels=tuple(amplitudes)),
         participants=12,
         studies=60,
         population=Population(),

@@ -106,7 +106,7 @@ def as_analysed(made, ratings):
         p = {"friedman": inference.friedman.p, "rm_anova": inference.rm_anova.p_gg}
         for each in inference.pairwise:
             primary = made.choices.primary
-            name = f"{each.from_um_pp:g} - {each.to_um_pp:g}"
+            name = f"{each.from_level:g} - {each.to_level:g}"
             p[name] = each.ranks.p_holm if primary == "ranks" else each.logs.p_holm
         half = (inference.power_law.interval.high - inference.power_law.interval.low) / 2
         told.append(({name: value < 0.05 for name, value in p.items()}, half))
@@ -550,6 +550,4 @@ def test_a_factors_p_values_are_the_report_s():
 
 
 def test_a_task_knows_what_comes_before_and_after_it():
-    assert design().task == Task(
-        amplitudes_um_pp=AMPLITUDES, repetitions=1, practice=1, trials_before=4
-    )
+    assert design().task == Task(levels=AMPLITUDES, repetitions=1, practice=1, trials_before=4)

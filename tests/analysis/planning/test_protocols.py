@@ -62,7 +62,7 @@ def test_thresholds_are_those_of_a_pilot_s_data_set(name, tmp_path):
     expected = []
     for _, own in rows[~rows["catch"]].groupby("participant_id", observed=True):
         method = own["method"].iloc[0]
-        answers = Answers.of_trials(own["level_um_pp"].tolist(), own["correct"].tolist())
+        answers = Answers.of_trials(own["track_level"].tolist(), own["correct"].tolist())
         fitted = fit_threshold(answers, method=method, curve=CURVE_OF.get(method, "weibull"))
         if isinstance(fitted, NotComputed):
             expected.append(np.nan)
@@ -70,7 +70,7 @@ def test_thresholds_are_those_of_a_pilot_s_data_set(name, tmp_path):
             jumps = isinstance(fitted.slope, NotComputed) and "jump" in fitted.slope.reason
             expected.append(np.nan if jumps else 0.6744897501960817 / fitted.slope_value)
         else:
-            expected.append(fitted.threshold_um_pp.value)
+            expected.append(fitted.threshold_level.value)
     answered = answers_of(protocol_study(name), 3, 4, PEOPLE).people
     assert len(expected) == 3
     assert thresholds_of(answered) == pytest.approx(expected, rel=1e-4, nan_ok=True)
@@ -176,7 +176,7 @@ def test_an_exponent_of_ratios_is_the_slope_of_logarithms_without_catch_trials()
     amplitudes = [0.0, 0.3, 0.6, 2.3, 1.2]
     rows = pd.DataFrame(
         {
-            "comparison_um_pp": amplitudes * 2,
+            "comparison_level": amplitudes * 2,
             "ratio": [0.1, *((each / 1.2) ** 0.8 for each in amplitudes[1:4]), 5.0] * 2,
             "catch": ["false"] * 4 + ["true"] + ["false"] * 4 + ["true"],
         }

@@ -38,7 +38,7 @@ PEOPLE = Population(noise=9.0, habits=Habits(lapses=0.1, dropout=0.3))
 
 def test_the_study_s_own_series_is_found():
     assert DESIGN.steps == StepTask(
-        descent_um_pp=(2.3, 1.2, 0.5, 0.0), series=1, catch_steps=1, trials_after=8
+        descent_level=(2.3, 1.2, 0.5, 0.0), series=1, catch_steps=1, trials_after=8
     )
 
 
@@ -70,7 +70,7 @@ def test_steps_are_noticed_as_often_as_in_sessions_within_the_error():
     ours = simulate_steps(
         DESIGN.steps, participants=700, studies=20, population=PEOPLE, rng=np.random.default_rng(1)
     )
-    removed, felt = ours.removed_um_pp.round(6), ours.felt
+    removed, felt = ours.removed_level.round(6), ours.felt
     assert sorted(set(theirs[:, 0])) == [0.0, 0.5, 0.7, 1.1]
     for size in (0.0, 0.5, 0.7, 1.1):
         p = theirs[theirs[:, 0] == size, 1]
@@ -86,7 +86,7 @@ def test_the_width_is_the_report_s_interval_of_one_answer_each():
     """Eight people, one catch step each, two of whom say yes: Clopper and Pearson's own."""
     removed = np.tile([1.1, 0.0], (1, 8, 1))
     felt = np.stack([np.ones(8), np.arange(8) < 2], axis=1)[None].astype(float)
-    told = precision(StepAnswers(removed_um_pp=removed, felt=felt), 0.95)
+    told = precision(StepAnswers(removed_level=removed, felt=felt), 0.95)
     expected = exact_interval(2, 8)
     assert told[CATCH_WIDTH].mean == pytest.approx((expected.high - expected.low) / 2)
     assert told[D_PRIME_LOW].n == 1
@@ -110,7 +110,7 @@ def test_steps_and_intervals_are_those_of_r_s_simulation_of_the_same_model(case)
     )
     sizes = {"felt_1": 1.1, "felt_2": 0.7, "felt_3": 0.5, "felt_catch": 0.0}
     for name, size in sizes.items():
-        q = answers.felt[answers.removed_um_pp.round(6) == size].mean()
+        q = answers.felt[answers.removed_level.round(6) == size].mean()
         # People differ: a share's error is that of people, not of answers.
         error = np.sqrt(max(q * (1 - q), 1e-4) / (studies * people))
         assert abs(q - case[name]) < 4 * error, name

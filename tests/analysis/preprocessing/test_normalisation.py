@@ -29,7 +29,7 @@ def trials(values, scale_top=np.nan, modulus=np.nan):
     return pd.DataFrame(
         {
             "participant_id": pd.Categorical([f"p{i}" for i in who.ravel()]),
-            "amplitude_um_pp": np.array([0, 0.5, 1.2, 2.3])[what.ravel()],
+            "level": np.array([0, 0.5, 1.2, 2.3])[what.ravel()],
             "estimate": array.ravel(),
             "scale_top": scale_top,
             "modulus": modulus,

@@ -25,7 +25,7 @@ def ready(values, **choices):
         for who, row in enumerate(values)
         for amplitude, value in zip(AMPLITUDES, row, strict=False)
     ]
-    frame = pd.DataFrame(rows, columns=["participant_id", "amplitude_um_pp", "normalised"])
+    frame = pd.DataFrame(rows, columns=["participant_id", "level", "normalised"])
     frame = frame.assign(
         participant_id=frame["participant_id"].astype("category"), session="", run="1"
     ).dropna()
@@ -42,13 +42,13 @@ def test_everybody_at_zero_at_0_um_leaves_tests_of_the_other_amplitudes(values):
     values[:, 0] = 0
     data = ready(values)
     anova = omnibus.rm_anova(data)
-    assert (anova.n, anova.df1, anova.left_out_um_pp) == (12, 2, (0.0,))
+    assert (anova.n, anova.df1, anova.left_out_levels) == (12, 2, (0.0,))
     assert "without 0 µm, where every estimate is zero" in apa.rm_anova(
         anova, 0.95, PLATE_AMPLITUDE
     )
     pairs = pairwise(data)
-    with_zero = [pair for pair in pairs if pair.from_um_pp == 0]
-    others = [pair for pair in pairs if pair.from_um_pp > 0]
+    with_zero = [pair for pair in pairs if pair.from_level == 0]
+    others = [pair for pair in pairs if pair.from_level > 0]
     assert all(isinstance(pair.logs, NotComputed) and pair.n_logs == 0 for pair in with_zero)
     assert all(pair.ranks.p == pytest.approx(2 / 2**12) and pair.n == 12 for pair in with_zero)
     assert all(pair.logs.df == 11 for pair in others)
@@ -72,7 +72,7 @@ def test_eight_of_twelve_zeros_are_told_apart_by_wilcoxon_on_all_twelve():
 
 def test_a_zero_takes_its_participant_out_of_its_own_pairs_only(values):
     values[0, 0] = 0
-    pairs = {(pair.from_um_pp, pair.to_um_pp): pair for pair in pairwise(ready(values))}
+    pairs = {(pair.from_level, pair.to_level): pair for pair in pairwise(ready(values))}
     assert pairs[0.0, 2.3].n_logs == 11
     assert pairs[0.5, 2.3].n_logs == 12
     assert {pair.n for pair in pairs.values()} == {12}

@@ -70,9 +70,9 @@ def test_counts_read_as_so_many_answers(tmp_path):
     rows = [("a", 1.0, 2, 10), ("a", 2.0, 7, 10), ("b", 1.0, 0, 8), ("b", 2.0, 8, 8)]
     pd.DataFrame(rows, columns=["who", "size", "k", "of"]).to_csv(path, index=False)
     found = load(path, mapping(answer="", yes_count="k", n="of")).differences
-    sums = found.groupby(["participant_id", "amplitude_before_um_pp"], observed=True)[
-        "difference_felt"
-    ].agg(["sum", "count"])
+    sums = found.groupby(["participant_id", "level_before"], observed=True)["difference_felt"].agg(
+        ["sum", "count"]
+    )
     assert [tuple(row) for row in sums.to_numpy()] == [(2, 10), (7, 10), (0, 8), (8, 8)]
 
 
@@ -132,7 +132,7 @@ def test_a_forced_choice_has_its_guess_rate(tmp_path):
     assert set(choices["method"]) == {"two_interval"}
     assert not len(data.differences)
     (task,) = analyse(data).inference.thresholds
-    assert task.population.threshold_um_pp.value == pytest.approx(0.4, rel=0.1)
+    assert task.population.threshold_level.value == pytest.approx(0.4, rel=0.1)
 
 
 def test_answers_that_look_like_guessing_are_remarked(tmp_path):
@@ -157,9 +157,9 @@ def test_stimuli_below_and_above_the_reference_are_comparisons(tmp_path):
     data = load(path, mapping(reference="standard"))
     assert set(data.trials["forced_choices"]["method"]) == {"comparison"}
     (task,) = analyse(data).inference.thresholds
-    assert task.standard_um_pp == 1.0
+    assert task.standard_level == 1.0
     # The point of subjective equality is 1.05.
-    assert task.population.threshold_um_pp.value == pytest.approx(1.05, abs=0.02)
+    assert task.population.threshold_level.value == pytest.approx(1.05, abs=0.02)
 
 
 def test_the_command_states_the_option_that_is_missing(tmp_path, capsys):

@@ -246,7 +246,7 @@ def test_a_p_that_is_smaller_than_any_number_is_significant():
         bayes_factor=float("inf"),
     )
     ranks = SignedRank(up=12, down=0, p=0.0, p_holm=0.0)
-    row = PairComparison(from_um_pp=0.5, to_um_pp=1.2, n=12, n_logs=12, logs=logs, ranks=ranks)
+    row = PairComparison(from_level=0.5, to_level=1.2, n=12, n_logs=12, logs=logs, ranks=ranks)
     assert apa.pairwise_logs([row, row], 0.95, PLATE_AMPLITUDE).startswith(
         "Log estimates differed for both pairs of amplitudes"
     )

@@ -134,7 +134,7 @@ def test_a_label_that_is_a_number_with_gaps_stays_as_it_was_written(table_by_han
 
 def test_a_space_after_every_comma_is_a_habit_of_hands(table_by_hand):
     text = (HEADER + ROWS).replace(",", ", ").replace(" 0.5,", ' "0.5",')
-    assert list(load(table_by_hand(text)).estimates["amplitude_um_pp"][:2]) == [0.0, 0.5]
+    assert list(load(table_by_hand(text)).estimates["level"][:2]) == [0.0, 0.5]
 
 
 @pytest.mark.parametrize("said", ["TRUE", "true"])

@@ -36,7 +36,7 @@ def test_one_bad_cell_takes_no_decimal_comma_with_it(table_by_hand, separator, q
     """48 rows and one `?`: n = 12 at each amplitude, and the mean at the largest 62.3."""
     text = french(separator, quote=quote) + f"\np0{separator}0{separator}?\n"
     data = load(table_by_hand(text, encoding=encoding))
-    by_amplitude = data.estimates.groupby("amplitude_um_pp")["estimate"]
+    by_amplitude = data.estimates.groupby("level")["estimate"]
     assert by_amplitude.size().to_dict() == {0.0: 12, 0.5: 12, 1.2: 12, 2.3: 12}
     assert by_amplitude.mean()[2.3] == pytest.approx(62.3)
     (sentence,) = data.problems

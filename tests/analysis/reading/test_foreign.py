@@ -61,7 +61,7 @@ def test_one_table_reads_alike_from_every_kind_of_file(tmp_path, kind):
     data = load(written(tmp_path, kind, pd.DataFrame(rows())), mapping())
     expected = [row["loudness"] for row in rows()]
     assert list(data.estimates["estimate"]) == pytest.approx(expected)
-    assert sorted(set(data.estimates["amplitude_um_pp"])) == list(LEVELS)
+    assert sorted(set(data.estimates["level"])) == list(LEVELS)
     assert data.people == {"a", "b", "c"}
     assert (data.quantity.name, data.quantity.unit) == ("sound pressure", "µPa")
     assert data.quantity.value(20) == "20 µPa"
@@ -88,14 +88,14 @@ def test_numbers_that_a_program_stored_have_one_reading(tmp_path, kind, decimal)
     table = {"decimal": decimal} if decimal else {}
     data = load(written(tmp_path, kind, frame), mapping(table=table))
     assert list(data.estimates["estimate"]) == values * 3
-    assert sorted(set(data.estimates["amplitude_um_pp"])) == [1, 2, 4, 8]
+    assert sorted(set(data.estimates["level"])) == [1, 2, 4, 8]
 
 
 def test_text_in_a_workbook_says_nothing_of_its_numbers(tmp_path):
     frame = pd.DataFrame(rows(levels=(1.125, 2.25, 4, 8)))
     frame["loudness"] = [f"{value:.1f}".replace(".", ",") for value in frame["loudness"]]
     data = load(written(tmp_path, "xlsx", frame), mapping())
-    assert sorted(set(data.estimates["amplitude_um_pp"])) == [1.125, 2.25, 4, 8]
+    assert sorted(set(data.estimates["level"])) == [1.125, 2.25, 4, 8]
     assert data.estimates["estimate"].iloc[0] == 1.1
 
 
@@ -110,7 +110,7 @@ def test_levels_stay_apart_whatever_the_unit(tmp_path, factor):
     """In metres all amplitudes were 0; in Pa they merged."""
     levels = [factor * level for level in (0.1 + 0.2, 0.3, 0.5, 1.2)]
     path = written(tmp_path, "csv", pd.DataFrame(rows(levels=levels)))
-    assert load(path, mapping()).estimates["amplitude_um_pp"].nunique() == 3
+    assert load(path, mapping()).estimates["level"].nunique() == 3
 
 
 def test_metres_in_a_column_of_micrometres_are_refused(table_by_hand):
@@ -152,7 +152,7 @@ def test_yes_and_no_read_as_one_table(table_by_hand):
     assert list(data.differences["catch"]) == [False, True, False, True]
     alone = load(table_by_hand(text), mapping(stimulus="level", response="", answer="felt"))
     # A size is the stimulus less the reference, which without a column is none.
-    assert set(alone.differences["amplitude_um_pp"]) == {0.0}
+    assert set(alone.differences["level"]) == {0.0}
     assert list(step_sizes(alone.differences)) == [1, 2, 1, 2]
     assert list(step_sizes(data.differences)) == [-1, 0, -1, 0]
 
@@ -290,7 +290,7 @@ def test_levels_are_told_in_another_prefix_of_their_unit(table_by_hand):
     words = {"stimulus": {"unit": "µPa", "in_unit": "mPa"}}
     columns = {"participant": "subject", "stimulus": "level", "response": "loudness"}
     data = load(table_by_hand(text), parse_mapping({"columns": columns, **words}, "x"))
-    assert sorted(set(data.estimates["amplitude_um_pp"])) == [0.2, 2.0]
+    assert sorted(set(data.estimates["level"])) == [0.2, 2.0]
     assert data.quantity.unit == "mPa"
     assert data.quantity.column == "level_mPa"
 

@@ -13,6 +13,7 @@ from slipscale.analysis.reporting.files import write_analysis
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.experiments.running.pilot import pilot_plans, run_pilot
 from slipscale.faults import UserError
+from slipscale.stimuli.quantity import PLATE_AMPLITUDE
 
 pytestmark = pytest.mark.usefixtures("without_simulated_fits")
 
@@ -124,7 +125,7 @@ def test_every_answered_main_trial_is_read_with_how_it_was_asked(folder):
     )
     table = table[(table["phase"] == "main") & ~table["catch"]]
     own = rows[(rows["task"] == "oneside") & (rows["participant_id"] == "sub-01") & ~rows["catch"]]
-    assert own["level_um_pp"].tolist() == pytest.approx((table["comparison_um_pp"] - 1.2).tolist())
+    assert own["track_level"].tolist() == pytest.approx((table["comparison_um_pp"] - 1.2).tolist())
     assert own["correct"].tolist() == table["comparison_more"].tolist()
 
 
@@ -141,12 +142,12 @@ def test_pairs_triads_and_matches_are_read_as_the_tables_have_them(folder, analy
     )
     table = table[table["phase"] == "main"]
     own = data.trials["matches"][data.trials["matches"]["participant_id"] == "sub-02"]
-    for name in ("matched_um_pp", "catch", "felt_again"):
-        assert own[name].tolist() == table[name].tolist()
+    for name in ("matched_level", "catch", "felt_again"):
+        assert own[name].tolist() == table[PLATE_AMPLITUDE.named(name)].tolist()
     assert own["catch"].sum() == 1
-    assert set(own["reference_um_pp"]) == {1.2}
+    assert set(own["reference_level"]) == {1.2}
     (matched,) = analysis.inference.matching
-    assert (matched.reference_um_pp, matched.participants) == (1.2, 2)
+    assert (matched.reference_level, matched.participants) == (1.2, 2)
     assert (matched.matches, matched.catch_trials) == (8, 2)
     pairs, triads = analysis.inference.scales
     assert pairs.surfaces == triads.surfaces == ("0", "0.8", "1", "1.2", "1.3", "1.5", "1.7")
@@ -170,7 +171,7 @@ def test_each_task_has_its_thresholds_and_the_report_its_figures(analysis, tmp_p
         "differencethreshold",
         "oneside",
     ]
-    assert [task.standard_um_pp for task in found] == [1.2, None, 1.2, 1.2]
+    assert [task.standard_level for task in found] == [1.2, None, 1.2, 1.2]
     report = write_analysis(analysis, tmp_path)
     page = report.read_text(encoding="utf-8")
     assert "Constant stimuli around 1.2 µm (bothsides)" in page

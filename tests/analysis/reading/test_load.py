@@ -58,7 +58,7 @@ def test_bulk_reading_gives_what_pandas_gives_file_by_file(dataset):
         [pd.read_csv(p, sep="\t", na_values=["n/a"]) for p in paths], ignore_index=True
     )
     assert [paths[i] for i in ours["file"].unique()] == paths
-    for column in ("trial", "amplitude_um_pp", "estimate", "scale_top"):
+    for column in ("trial", "level", "estimate", "scale_top"):
         pd.testing.assert_series_equal(ours[column], theirs[column], check_dtype=False)
     assert list(ours["line"][:8]) == list(range(2, 10))
 
@@ -126,7 +126,7 @@ def test_psychopy_s_csv_reads_mark_trailing_comma_and_all(table_by_hand):
 
 def test_excel_s_semicolons_and_decimal_commas_read(table_by_hand):
     path = table_by_hand("participant_id;amplitude_um_pp;estimate\na;0,5;12,25\n")
-    assert list(load(path).estimates[["amplitude_um_pp", "estimate"]].iloc[0]) == [0.5, 12.25]
+    assert list(load(path).estimates[["level", "estimate"]].iloc[0]) == [0.5, 12.25]
 
 
 def test_unknown_analysis_keys_in_the_study_are_all_named(dataset):

@@ -13,6 +13,7 @@ from slipscale.analysis.reporting.files import write_analysis
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.experiments.participants.simulated_people.population import Population, curves
 from slipscale.experiments.running.pilot import pilot_plans, run_pilot
+from slipscale.stimuli.quantity import PLATE_AMPLITUDE
 
 pytestmark = pytest.mark.usefixtures("without_models")
 
@@ -88,13 +89,13 @@ def test_people_who_feel_alike_are_found_as_they_feel(tmp_path):
     for each in rated.surfaces[:3]:
         assert each.mean == pytest.approx(felt(float(each.surface)), abs=2.5)  # places of 5
     for each in judged.surfaces:
-        assert each.ratio == pytest.approx(felt(each.comparison_um_pp) / felt(1.0), rel=0.05)
+        assert each.ratio == pytest.approx(felt(each.comparison_level) / felt(1.0), rel=0.05)
     assert judged.catch_ratio == pytest.approx(1.0, rel=0.03)
-    plain = [each.comparison_um_pp for each in judged.surfaces]
+    plain = [each.comparison_level for each in judged.surfaces]
     expected = np.polyfit(np.log(plain), np.log([felt(each) for each in plain]), 1)[0]
     assert judged.power_law.exponent == pytest.approx(expected, abs=0.04)
     for each in made.numbers:
-        assert felt(each.amplitude_um_pp) == pytest.approx(each.number / 10 * felt(0.8), rel=0.04)
+        assert felt(each.level) == pytest.approx(each.number / 10 * felt(0.8), rel=0.04)
 
 
 @pytest.fixture(scope="module")
@@ -113,17 +114,17 @@ def test_main_trials_are_read_as_the_tables_have_them(folder):
     for rows, task, column in (
         (data.trials["ratings"], "line", "rating"),
         (data.trials["ratios"], "ratios", "ratio"),
-        (data.trials["productions"], "made", "produced_um_pp"),
+        (data.trials["productions"], "made", "produced_level"),
     ):
         written = table(folder, task)
         own = rows[rows["participant_id"] == "sub-01"]
-        assert own[column].tolist() == written[column].tolist()
+        assert own[column].tolist() == written[PLATE_AMPLITUDE.named(column)].tolist()
         assert own["catch"].tolist() == written["catch"].tolist()
         assert own["catch"].sum() == 1
     assert set(data.trials["ratings"]["surface"]) == {"0", "0.5", "1.2", "2", "ridges"}
     assert (data.trials["ratings"]["rating"] % 5 == 0).all()
     texture = data.trials["ratings"]["surface"] == "ridges"
-    assert data.trials["ratings"]["amplitude_um_pp"].isna().tolist() == texture.tolist()
+    assert data.trials["ratings"]["level"].isna().tolist() == texture.tolist()
     assert not len(data.estimates)
     assert data.people == {"sub-01", "sub-02", "sub-03"}
 

@@ -15,6 +15,7 @@ from slipscale.analysis.reading.trial_tables import (
 from slipscale.experiments.dataset.measured import MEASURED
 from slipscale.experiments.dataset.schema import columns
 from slipscale.experiments.protocols import descending_difference, magnitude_estimation
+from slipscale.stimuli.quantity import PLATE_AMPLITUDE
 
 TASKS = [
     (ESTIMATION, magnitude_estimation.PROTOCOL, empty_estimates),
@@ -26,7 +27,7 @@ TASKS = [
 def test_all_that_the_analysis_reads_is_declared_and_so_is_all_it_hands_on(table, protocol, empty):
     declared = {*IDENTITY, *columns(protocol, MEASURED)}
     assert table.task == protocol.task
-    assert set(table.columns) <= declared
+    assert set(map(PLATE_AMPLITUDE.named, table.columns)) <= declared
     assert set(empty().columns) == {*table.columns, "file", "line"}
 
 

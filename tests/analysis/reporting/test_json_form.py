@@ -54,16 +54,16 @@ def test_inference_has_its_documented_keys_in_their_order(dataset):
     assert " ".join(found["rm_anova"]) == (
         "scale F df1 df2 p epsilon_gg p_gg epsilon_hf p_hf eta2_generalised eta2_generalised_ci "
         "mauchly_w mauchly_p shapiro_w shapiro_p n n_incomplete "
-        "amplitudes_um_pp left_out_um_pp"
+        "levels left_out_levels"
     )
     assert " ".join(found["pairwise"][0]) == (
-        "from_um_pp to_um_pp n n_logs ratio ratio_ci t df p d_z d_z_ci p_wilcoxon up down p_holm "
+        "from_level to_level n n_logs ratio ratio_ci t df p d_z d_z_ci p_wilcoxon up down p_holm "
         "p_wilcoxon_holm equivalence_ratio equivalence_ci equivalence_p equivalence_p_holm "
         "bayes_factor_10"
     )
     assert " ".join(found["linear_trend"]) == "unit mean ci sd t df p n n_incomplete"
     assert " ".join(found["growth"]["friction"]) == "models best n exponent reduction shared_load"
-    assert " ".join(found["growth"]["amplitude"]["models"]["power"]) == (
+    assert " ".join(found["growth"]["of_level"]["models"]["power"]) == (
         "parameters sd log_likelihood aic aicc bic points estimated at_bound delta_aicc weight"
     )
     assert found["order"]["position"]["unit"] == "natural logarithm per trial"

@@ -137,8 +137,8 @@ def named_like_ours(tmp_path_factory):
     table = {"columns": columns, "stimulus": {"unit": "µPa"}}
     result = OwnResult(
         sentences=("The amplitude of a surface is 3 µm.",),
-        numbers={"friction": 0.4, "amplitude_um_pp": 3.0},
-        table=pd.DataFrame({"amplitude_um_pp": [3.0]}),
+        numbers={"friction": 0.4, "level": 3.0},
+        table=pd.DataFrame({"level": [3.0]}),
     )
     kind = own_analysis("amplitude", title="Friction of a surface", run=lambda _: result)
     with pytest.MonkeyPatch.context() as patch:
@@ -165,7 +165,7 @@ def test_a_group_keeps_its_name(named_like_ours):
 def test_an_outside_analysis_keeps_its_words_numbers_and_columns(named_like_ours):
     inference = json.loads((named_like_ours / "inference.json").read_text(encoding="utf-8"))
     outside = inference["own_amplitude"]
-    assert outside["numbers"] == {"friction": 0.4, "amplitude_um_pp": 3.0}
+    assert outside["numbers"] == {"friction": 0.4, "level": 3.0}
     assert outside["sentences"] == ["The amplitude of a surface is 3 µm."]
     assert list(pd.read_csv(named_like_ours / "own_amplitude.csv")) == ["amplitude_um_pp"]
     report = (named_like_ours / "report.html").read_text(encoding="utf-8")
@@ -182,8 +182,8 @@ def test_our_keys_carry_the_quantity_and_film_is_left_out(named_like_ours):
 
 
 def test_a_plain_mapping_keeps_its_keys():
-    keys = {"um_pp": OurName("per um_pp"), "amplitude": "amplitude of user"}
-    assert form(keys, PRESSURE.key) == {
+    keys = {"um_pp": OurName("per unit_of_level"), "amplitude": "amplitude of user"}
+    assert form(keys, PRESSURE.named) == {
         "um_pp": "per sound_pressure_uPa",
         "amplitude": "amplitude of user",
     }
@@ -212,6 +212,6 @@ def test_a_quantity_without_a_unit_leaves_no_empty_parentheses():
 
 def test_a_quantity_that_is_called_like_ours_is_named_once():
     metres = Quantity(name="amplitude", unit="m", column="amplitude_um_pp_m", judged="force")
-    assert metres.key("from_um_pp") == "from_amplitude_um_pp_m"
-    assert metres.key("amplitude_um_pp") == "amplitude_um_pp_m"
-    assert PLATE_AMPLITUDE.key("amplitude_um_pp") == "amplitude_um_pp"
+    assert metres.named("from_level") == "from_amplitude_um_pp_m"
+    assert metres.named("level") == "amplitude_um_pp_m"
+    assert PLATE_AMPLITUDE.named("level") == "amplitude_um_pp"

@@ -198,7 +198,7 @@ def test_a_missing_cell_costs_a_participant_only_tests_of_complete_data(dataset,
     found = analyse(dataset(rows={"02": [row for row in rows if row["amplitude_um_pp"] != 1.2]}))
     text = page(found)
     assert "other results use every participant with the necessary estimates" in text
-    by = {pair.to_um_pp: pair.n for pair in found.inference[PAIRWISE] if pair.from_um_pp == 0}
+    by = {pair.to_level: pair.n for pair in found.inference[PAIRWISE] if pair.from_level == 0}
     assert by == {0.5: 6, 1.2: 5, 2.3: 6}
     assert found.inference[POWER_LAW].n == 6
     assert found.inference[FRIEDMAN].n == 5

@@ -18,7 +18,7 @@ from slipscale.analysis.statistics.descriptives import cousineau_morey, table3
 
 def test_the_shipped_data_set_gives_every_cell_of_table_iii():
     data = load(ALLOWED_DATASET)
-    table = table3(cell_means(data.estimates)).set_index("amplitude_um_pp")
+    table = table3(cell_means(data.estimates)).set_index("level")
     assert set(table["n"]) == {PARTICIPANTS}
     for row in TABLE3:
         for statistic in STATISTICS:

@@ -37,7 +37,7 @@ def ready(frame, **choices):
 
 def reference(**choices):
     raw = pd.read_csv(HERE / "estimates.csv")
-    names = {"participant": "participant_id", "amp": "amplitude_um_pp", "est": "normalised"}
+    names = {"participant": "participant_id", "amp": "level", "est": "normalised"}
     return ready(raw.rename(columns=names), **choices)
 
 
@@ -49,7 +49,7 @@ def nearly_equal(n=20, seed=3, ratio=1.0):
     return pd.DataFrame(
         {
             "participant_id": [f"p{i:02d}" for i in who.ravel()],
-            "amplitude_um_pp": np.array([1.0, 1.1])[what.ravel()],
+            "level": np.array([1.0, 1.1])[what.ravel()],
             "normalised": np.exp(own.ravel()),
         }
     )
@@ -124,7 +124,7 @@ def test_the_ratio_is_the_study_s_or_the_one_asked_for_and_the_report_says_so(da
 
 def test_a_foreign_table_declares_its_analysis_beside_its_columns(tmp_path):
     path = tmp_path / "data.csv"
-    nearly_equal().to_csv(path, index=False)
+    nearly_equal().rename(columns={"level": "amplitude_um_pp"}).to_csv(path, index=False)
     columns = {"participant": "participant_id", "stimulus": "amplitude_um_pp"}
     table = {"columns": columns | {"response": "normalised"}}
     mapping = parse_mapping(table | {"analysis": {"equivalence_ratio": 1.1}}, "here")
@@ -136,7 +136,7 @@ def test_a_foreign_table_declares_its_analysis_beside_its_columns(tmp_path):
 
 def test_equal_pairs_reach_the_answer_of_the_report(tmp_path, page):
     path = tmp_path / "data.csv"
-    frame = nearly_equal().rename(columns={"normalised": "estimate"})
+    frame = nearly_equal().rename(columns={"level": "amplitude_um_pp", "normalised": "estimate"})
     pd.concat([frame, frame.assign(amplitude_um_pp=3.0, estimate=frame["estimate"] * 4)]).to_csv(
         path, index=False
     )

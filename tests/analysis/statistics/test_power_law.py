@@ -171,7 +171,7 @@ def test_models_closer_than_2_are_undecided_and_a_parameter_at_its_limit_is_name
     assert found.undecided
     none = NotComputed("not requested")
     text = apa.growth(
-        growth.Growth(amplitude=found, friction=none, individual=none), 0.95, PLATE_AMPLITUDE
+        growth.Growth(of_level=found, friction=none, individual=none), 0.95, PLATE_AMPLITUDE
     )
     assert "do not discriminate" in text
     assert "fits best" not in text

@@ -27,7 +27,7 @@ def rated(pull=0.0, each=6, people=PEOPLE, noise=4.0):
     frame = pd.DataFrame(rows, columns=["participant_id", "surface", "cursor_start", "rating"])
     amplitude = pd.to_numeric(frame["surface"], errors="coerce")
     frame = frame.assign(
-        task="line", catch=False, resolution=1.0, categories=np.nan, amplitude_um_pp=amplitude
+        task="line", catch=False, resolution=1.0, categories=np.nan, level=amplitude
     )
     return frame.assign(participant_id=pd.Categorical(frame["participant_id"]))
 
@@ -45,9 +45,9 @@ def judged(exponent=0.7, people=PEOPLE):
         for amplitude in (0.0001, 0.3, 0.6, 1.8, 2.3)[1:]
         for _ in range(3)
     ]
-    frame = pd.DataFrame(rows, columns=["participant_id", "comparison_um_pp", "ratio"])
+    frame = pd.DataFrame(rows, columns=["participant_id", "comparison_level", "ratio"])
     return frame.assign(
-        task="r", catch=False, standard_um_pp=1.2,
+        task="r", catch=False, standard_level=1.2,
         participant_id=pd.Categorical(frame["participant_id"]),
     )  # fmt: skip
 
@@ -67,9 +67,9 @@ def produced(exponent=0.8, people=PEOPLE, rise=0.0):
         for began in ("low", "high")
         for _ in range(2)
     ]
-    frame = pd.DataFrame(rows, columns=["participant_id", "number", "began", "produced_um_pp"])
+    frame = pd.DataFrame(rows, columns=["participant_id", "number", "began", "produced_level"])
     return frame.assign(
-        task="p", catch=False, standard_um_pp=1.2, modulus=10.0, bound="none",
+        task="p", catch=False, standard_level=1.2, modulus=10.0, bound="none",
         participant_id=pd.Categorical(frame["participant_id"]),
     )  # fmt: skip
 
@@ -135,10 +135,10 @@ def test_ratios_are_geometric_means_and_their_exponent_the_mean_slope():
     (found,) = ratios(frame)
     logs = np.log(frame["ratio"])
     cells = frame.assign(log=logs).pivot_table(
-        index="participant_id", columns="comparison_um_pp", values="log", observed=True
+        index="participant_id", columns="comparison_level", values="log", observed=True
     )
     for each in found.surfaces:
-        own = cells[each.comparison_um_pp]
+        own = cells[each.comparison_level]
         assert each.ratio == pytest.approx(np.exp(own.mean()))
         low, high = stats.ttest_1samp(own, 0).confidence_interval(0.95)
         assert tuple(each.interval) == pytest.approx((np.exp(low), np.exp(high)))
@@ -148,7 +148,7 @@ def test_ratios_are_geometric_means_and_their_exponent_the_mean_slope():
 
 def test_the_standard_against_itself_is_no_part_of_the_exponent():
     frame = judged()
-    catch = frame.iloc[:6].assign(catch=True, comparison_um_pp=1.2, ratio=3.0)
+    catch = frame.iloc[:6].assign(catch=True, comparison_level=1.2, ratio=3.0)
     (found,) = ratios(pd.concat([frame, catch], ignore_index=True))
     assert found.catch_ratio == pytest.approx(3.0)
     assert found.power_law == ratios(frame)[0].power_law
@@ -156,14 +156,14 @@ def test_the_standard_against_itself_is_no_part_of_the_exponent():
 
 
 def test_two_standards_of_one_task_are_kept_apart():
-    frame = pd.concat([judged(), judged().assign(standard_um_pp=0.8)], ignore_index=True)
+    frame = pd.concat([judged(), judged().assign(standard_level=0.8)], ignore_index=True)
     assert [each.name for each in ratios(frame)] == ["r_800nm", "r_1200nm"]
 
 
 def test_the_exponent_of_production_is_the_inverse_slope_of_amplitude_on_number():
     frame = produced()
     (found,) = productions(frame)
-    cells = frame.assign(log=np.log(frame["produced_um_pp"])).pivot_table(
+    cells = frame.assign(log=np.log(frame["produced_level"])).pivot_table(
         index="participant_id", columns="number", values="log", observed=True
     )
     slopes = [np.polyfit(np.log(cells.columns), row, 1)[0] for row in cells.to_numpy()]

@@ -83,7 +83,7 @@ def test_each_condition_of_a_factor_is_reported_as_a_task_and_effects_are_found(
     limits_of, categories = piloted.inference[LIMITS], piloted.inference[RATINGS]
     assert [task.task for task in limits_of] == ["limits_hand-left", "limits_hand-right"]
     left, right = limits_of
-    assert left.threshold_um_pp.mean > right.threshold_um_pp.mean + 0.1
+    assert left.threshold_level.mean > right.threshold_level.mean + 0.1
     means = {task.task: task.surfaces[-1].mean for task in categories}
     assert means["categoryscale_hand-left"] < means["categoryscale_hand-right"] - 0.5
     assert [task.categories for task in categories] == [4, 4]
@@ -102,7 +102,7 @@ def test_directions_of_another_spelling_are_reported_and_left_out(piloted, tmp_p
     assert first.endswith("'up' instead of ascending or descending; the trial is left out")
     found = analyse(folder).inference[LIMITS]
     assert [len(each.people) for each in found] == [3, 3]
-    assert [each.ascending_um_pp.n for each in found if each.ascending_um_pp] == []
+    assert [each.ascending_level.n for each in found if each.ascending_level] == []
 
 
 def test_ratings_are_compared_between_the_levels_of_a_factor(piloted, page):
@@ -252,8 +252,8 @@ def series(number, direction, answers, levels, who="1"):
             "task": "t",
             "series": float(number),
             "direction": direction,
-            "comparison_um_pp": level,
-            "standard_um_pp": 0.0,
+            "comparison_level": level,
+            "standard_level": 0.0,
             "felt": float(answer),
         }
         for answer, level in zip(answers, levels, strict=True)
@@ -270,14 +270,14 @@ def test_a_transition_lies_between_the_last_level_and_the_one_before_it():
         frame += series(3, "ascending", [0, 0, 0, 1], (0.1, 0.3, 0.2, 0.3), who)
         frame += series(4, "descending", [1, 1, 1, 1], down, who)  # no transition
     found = limits(of(pd.DataFrame(frame).assign(trial=range(len(frame)))))[0]
-    assert (found.series, found.without_transition, found.standard_um_pp) == (12, 3, 0.0)
+    assert (found.series, found.without_transition, found.standard_level) == (12, 3, 0.0)
     one, _, three = found.people
-    assert one.ascending_um_pp == pytest.approx(0.25)
-    assert one.descending_um_pp == pytest.approx(0.45)
-    assert one.threshold_um_pp == pytest.approx(0.35)
-    assert three.ascending_um_pp == pytest.approx(0.30)
-    assert found.threshold_um_pp.mean == pytest.approx((0.35 + 0.35 + 0.375) / 3)
-    assert found.constant_error_um_pp.mean == pytest.approx((0.2 + 0.2 + 0.15) / 3)
+    assert one.ascending_level == pytest.approx(0.25)
+    assert one.descending_level == pytest.approx(0.45)
+    assert one.threshold_level == pytest.approx(0.35)
+    assert three.ascending_level == pytest.approx(0.30)
+    assert found.threshold_level.mean == pytest.approx((0.35 + 0.35 + 0.375) / 3)
+    assert found.constant_error_level.mean == pytest.approx((0.2 + 0.2 + 0.15) / 3)
 
 
 def test_a_channel_with_a_fifth_of_errors_transfers_its_known_information():

@@ -8,6 +8,7 @@ import pytest
 
 from slipscale.analysis.pipeline import analyse
 from slipscale.analysis.reporting import files, page
+from slipscale.stimuli.quantity import PLATE_AMPLITUDE
 
 PEOPLE = ("01", "02", "03")
 SOURCE = {"study": "by hand", "mode": "participant", "seed": 1}
@@ -15,7 +16,7 @@ SOURCE = {"study": "by hand", "mode": "participant", "seed": 1}
 TABLES: dict[str, tuple[tuple[str, ...], list[list[tuple[object, ...]]]]] = {
     # Both ends of the line occur: 0 is its left end, 100 its right.
     "line": (
-        ("surface", "amplitude_um_pp", "rating", "cursor_start", "resolution"),
+        ("surface", "level", "rating", "cursor_start", "resolution"),
         [
             [("S1", 0.0, 0, 20, 1), ("S2", 1.0, 40, 50, 1), ("S3", 2.0, 100, 80, 1)],
             [("S1", 0.0, 10, 20, 1), ("S2", 1.0, 50, 50, 1), ("S3", 2.0, 90, 80, 1)],
@@ -24,7 +25,7 @@ TABLES: dict[str, tuple[tuple[str, ...], list[list[tuple[object, ...]]]]] = {
     ),
     # Slopes of log ratio on log amplitude: 1, 1.5 and 2.
     "ratios": (
-        ("standard_um_pp", "comparison_um_pp", "ratio"),
+        ("standard_level", "comparison_level", "ratio"),
         [
             [(1.0, 0.5, 0.5), (1.0, 2.0, 2.0)],
             [(1.0, 0.5, 0.5), (1.0, 2.0, 4.0)],
@@ -33,7 +34,7 @@ TABLES: dict[str, tuple[tuple[str, ...], list[list[tuple[object, ...]]]]] = {
     ),
     # Slopes of log amplitude on log number: 1, 1 and 2.
     "made": (
-        ("standard_um_pp", "modulus", "number", "produced_um_pp", "began", "bound"),
+        ("standard_level", "modulus", "number", "produced_level", "began", "bound"),
         [
             [(0.8, 10, 5, 0.4, "low", "n/a"), (0.8, 10, 20, 1.6, "high", "n/a")],
             [(0.8, 10, 5, 0.4, "high", "n/a"), (0.8, 10, 20, 1.6, "low", "n/a")],
@@ -42,7 +43,7 @@ TABLES: dict[str, tuple[tuple[str, ...], list[list[tuple[object, ...]]]]] = {
     ),
     # Means of each person: 1.15, 1.0 and 1.1 µm for a reference of 1 µm.
     "matching": (
-        ("direction", "interval1_amplitude_um_pp", "matched_um_pp", "felt_again"),
+        ("direction", "interval1_level", "matched_level", "felt_again"),
         [
             [("ascending", 1.0, 1.0, 0), ("descending", 1.0, 1.3, 1)],
             [("ascending", 1.0, 0.9, 0), ("descending", 1.0, 1.1, 0)],
@@ -60,7 +61,7 @@ TABLES: dict[str, tuple[tuple[str, ...], list[list[tuple[object, ...]]]]] = {
     ),
     # Two intervals: half of the easiest trials would be right by chance.
     "choices": (
-        ("track", "standard_um_pp", "level_um_pp", "target_interval", "response", "correct"),
+        ("track", "standard_level", "track_level", "target_interval", "response", "correct"),
         [
             [(1, 1.2, level, 1, 1 if right else 2, str(right).lower()) for level, right in trials]
             for trials in [
@@ -83,10 +84,11 @@ def write(folder):
             path = folder / f"sub-{who}/beh/sub-{who}_task-{task}_run-01_beh.tsv"
             path.parent.mkdir(parents=True, exist_ok=True)
             head = ["trial", "catch", "phase", *columns, "flag"]
+            named = [PLATE_AMPLITUDE.named(name) for name in head]
             rows = [
                 [place, "false", "main", *cells, "n/a"] for place, cells in enumerate(trials, 1)
             ]
-            pd.DataFrame(rows, columns=head).to_csv(path, sep="\t", index=False)
+            pd.DataFrame(rows, columns=named).to_csv(path, sep="\t", index=False)
             path.with_suffix(".json").write_text(json.dumps(SOURCE))
 
 

@@ -117,7 +117,7 @@ def test_study_show_tells_the_orders_that_the_participant_gets(capsys, laborator
     _, out, _ = run(capsys, "study", "show", "--participant", "07")
     laboratory.run(plan(participant="07"))
     given = [
-        record.data["what"]["surface"]["amplitude_um_pp"]
+        record.data["what"]["surface"]["level"]
         for record in laboratory.records(plan(participant="07"), kind="begin")
         if record.data["what"]["type"] == "Present"
         and (record.data["what"]["trial"] or {}).get("task") == "magnitudeestimation"

@@ -21,7 +21,7 @@ from slipscale.experiments.steps.steps import Adjust, Ask
 from slipscale.experiments.study.file import study_text
 from slipscale.experiments.study.person_questions import TAKEN
 from slipscale.faults import UserError
-from slipscale.stimuli.field_names import in_um
+from slipscale.stimuli.quantity import PLATE_AMPLITUDE
 from tools.torture.pilots import EVERY_OPTION
 
 # The shipped study that has a protocol, where its name is another.
@@ -57,12 +57,12 @@ def test_every_own_column_is_in_the_table_once_and_in_its_place(name):
     names = list(columns(protocol))
     assert len(set(names)) == len(names)
     at = names.index
-    assert names[1 : at("phase")] == [in_um(name) for name in protocol.design]
+    assert names[1 : at("phase")] == [PLATE_AMPLITUDE.named(name) for name in protocol.design]
     assert names[at("surface") + 1 : at("amplitude_um_pp")] == [
-        in_um(name) for name in protocol.stimulus
+        PLATE_AMPLITUDE.named(name) for name in protocol.stimulus
     ]
     assert names[at("amplitude_readback_um_pp") + 1 : at("response_time")] == [
-        in_um(name) for name in protocol.response
+        PLATE_AMPLITUDE.named(name) for name in protocol.response
     ]
 
 
@@ -127,7 +127,7 @@ def test_the_columns_of_participants_are_those_no_question_may_take():
     assert (PARTICIPANT, *person_columns()) == TAKEN
 
 
-ABSENT = ("protocol", "notes", "headphone_test", "quantity")
+ABSENT = ("protocol", "notes", "headphone_test", "quantity", "plate_quantity")
 
 
 def test_a_sidecar_holds_what_the_schema_lists(laboratory, plan):

@@ -354,7 +354,7 @@ def test_the_row_of_a_surface_that_was_presented_again_describes_what_was_rated(
         if "represented" in row["flag"]
     ]
     assert (row[readback], row[f"{prefix}onset"]) == (
-        cell(answer["readback_um_pp"]),
+        cell(answer["readback_level"]),
         cell(answer["onset_s"], "s"),
     )
     assert row[f"{prefix}exploration_time"] != "n/a"

@@ -6,6 +6,7 @@ import pytest
 
 from slipscale.experiments.dataset.bids import build_dataset
 from slipscale.experiments.journal.journal import Journal
+from slipscale.experiments.journal.reading import read_whole
 from slipscale.experiments.journal.record import Record, decode, encode
 from slipscale.experiments.journal.record_shapes import checked
 from slipscale.hardware.clock import VirtualClock
@@ -22,7 +23,8 @@ def records(folder):
     return [decode(line)[0] for line in path.read_bytes().splitlines(keepends=True)]
 
 
-def test_every_record_that_a_session_writes_has_its_shape(records):
+def test_every_record_that_a_session_writes_has_its_shape(folder):
+    records = read_whole(folder / "sourcedata/sub-01/sub-01_run-01_journal.jsonl").records
     kept, damage = checked(records)
     assert damage == []
     assert kept == records

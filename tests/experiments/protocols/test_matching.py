@@ -88,7 +88,7 @@ def test_the_reference_is_felt_again_and_the_turning_goes_on_where_it_was(matche
     assert rows[1]["turns"] == 1.0
     assert rows[1]["matched_um_pp"] == pytest.approx(rows[1]["interval2_amplitude_um_pp"] - 0.02)
     made = [record.data for record in records if record.kind == "felt_again"]
-    assert [(each["trial"], each["answer"]["commanded_um_pp"]) for each in made] == [(2, 1.2)] * 2
+    assert [(each["trial"], each["answer"]["commanded_level"]) for each in made] == [(2, 1.2)] * 2
     explored = [
         step for step in person.seen if isinstance(step, Explore) and step.trial.number == 2
     ]

@@ -289,7 +289,7 @@ def test_a_shipped_study_rehearses_every_amplitude_that_its_pilot_presents(study
     rehearsed = [surface.level for surface in surfaces(plan)]
     laboratory.run(plan)
     presented = [
-        record.data["what"]["surface"]["amplitude_um_pp"]
+        record.data["what"]["surface"]["level"]
         for record in laboratory.records(plan, kind="begin")
         if record.data["what"]["type"] == "Present"
     ]

@@ -21,7 +21,7 @@ from slipscale.experiments.steps.questions import (
 from slipscale.experiments.steps.steps import Adjust, Ask, Feedback
 from slipscale.experiments.study.file import study_text
 from slipscale.hardware.clock import VirtualClock
-from slipscale.stimuli.field_names import in_um
+from slipscale.stimuli.quantity import PLATE_AMPLITUDE
 
 pytestmark = [
     pytest.mark.window,
@@ -216,7 +216,7 @@ def test_a_protocol_is_played_to_its_end_in_the_window(name, display, plan, tmp_
         ]
         assert len(rows) == made.planned_trials() if len(made.tasks()) == 1 else rows
         assert {row["response_time_source"] for row in rows} <= {"window", "ptb"}
-        answers = {row[in_um(protocol.answer)] for row in rows}
+        answers = {row[PLATE_AMPLITUDE.named(protocol.answer)] for row in rows}
         if name == "matching":
             # Up twice, down once, a page of five down, and two notches of the wheel: two down.
             # The reference is felt again, and they are turned once more.

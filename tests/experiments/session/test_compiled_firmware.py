@@ -66,8 +66,8 @@ def check_records(records):
         r.data["answer"] for r in records if (r.data.get("answer") or {}).get("readback_kind")
     ]
     for each in presented:
-        off_um = abs(each["readback_um_pp"] - each["commanded_um_pp"])
-        assert off_um <= max(0.05 * each["commanded_um_pp"], 0.05)
+        off_um = abs(each["readback_level"] - each["commanded_level"])
+        assert off_um <= max(0.05 * each["commanded_level"], 0.05)
     return presented
 
 

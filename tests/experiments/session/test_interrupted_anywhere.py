@@ -320,4 +320,4 @@ def test_a_standard_counts_for_its_block_alone(laboratory, sit_down, plan):
         again += made
         polls += 20
     assert again
-    assert {record.data["answer"]["commanded_um_pp"] for record in again} == {2.0}
+    assert {record.data["answer"]["commanded_level"] for record in again} == {2.0}

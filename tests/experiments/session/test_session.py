@@ -379,7 +379,7 @@ def test_questions_are_asked_while_the_surface_stands(laboratory):
 
     laboratory.run(person=lambda _: ScriptedParticipant(answer, laboratory.clock))
     presented = [
-        record.data["answer"]["commanded_um_pp"]
+        record.data["answer"]["commanded_level"]
         for record in laboratory.records(kind="done")
         if (record.data["answer"] or {}).get("type") == "Presented"
     ][1:]  # the first is the start of the descent

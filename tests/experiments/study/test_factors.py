@@ -75,7 +75,7 @@ def test_each_condition_has_all_levels_and_its_columns_and_survives_a_kill(
     assert len(seen) == crossed_run.planned_trials() / 2 == 8
     assert [row["trial"] for row in whole] == [str(number) for number in range(1, 9)]
     assert "finger_speed_mm_s" in rows(laboratory.folder, "constantstimuli")[0]
-    assert sorted(load(laboratory.folder).estimates["amplitude_um_pp"].unique()) == [3, 5]
+    assert sorted(load(laboratory.folder).estimates["level"].unique()) == [3, 5]
     path = crossed_run.journal_path(laboratory.folder)
     lines = path.read_bytes().splitlines(keepends=True)
     path.write_bytes(b"".join(lines[: len(lines) // 3]))

@@ -166,7 +166,7 @@ def test_a_study_runs_is_resumed_and_read_in_the_parameters_quantity(field, plan
     assert tables(cut) == whole
     found = load(cut)
     assert found.quantity == q
-    assert sorted(found.estimates["amplitude_um_pp"].unique()) == pytest.approx(study.levels)
+    assert sorted(found.estimates["level"].unique()) == pytest.approx(study.levels)
 
 
 def test_a_parameter_is_declared_in_one_place(field):

@@ -116,13 +116,13 @@ class TwoWay:
 
     n: int
     factor: Effect
-    amplitude: Effect
+    of_level: Effect
     interaction: Effect
 
     @property
     def effects(self) -> tuple[Effect, Effect, Effect]:
         """Effects of factor, level and interaction, in the row order of the report's table."""
-        return self.factor, self.amplitude, self.interaction
+        return self.factor, self.of_level, self.interaction
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -176,7 +176,7 @@ def _of_factor(prepared: Prepared, column: str, confidence: float) -> FactorEffe
         ),
         anova=effects
         if isinstance(effects, NotComputed)
-        else TwoWay(n=len(whole), factor=effects[0], amplitude=effects[1], interaction=effects[2]),
+        else TwoWay(n=len(whole), factor=effects[0], of_level=effects[1], interaction=effects[2]),
         mixed=mixed if isinstance(mixed, NotComputed) else mixed[0],
         changes=_changes(logs, mixed if isinstance(mixed, NotComputed) else mixed[1], confidence),
     )
@@ -231,12 +231,12 @@ def _mixed(
     """Fit ``ly ~ lx * condition`` by REML, with random effects of lx and condition."""
     from scipy import stats  # noqa: PLC0415 - takes a second to import
 
-    usable = (prepared.trials["amplitude_um_pp"] > 0) & prepared.trials["log"].notna()
+    usable = (prepared.trials["level"] > 0) & prepared.trials["log"].notna()
     rows = prepared.trials[usable]
     frame = pd.DataFrame(
         {
             "ly": rows["log"],
-            "lx": np.log(rows["amplitude_um_pp"]),
+            "lx": np.log(rows["level"]),
             "who": rows[PARTICIPANT].astype(str),
             "condition": pd.Categorical(conditions[usable], labels),
         }

@@ -166,7 +166,7 @@ def rating_friction(prepared: Prepared, *, unit: str) -> Figure:
     axes.scatter(
         trials[COEFFICIENT], np.exp(trials["log"]), s=9, color=PALE, linewidths=0, zorder=1
     )
-    by_surface = trials.groupby([PARTICIPANT, "amplitude_um_pp"], observed=True)
+    by_surface = trials.groupby([PARTICIPANT, "level"], observed=True)
     means = by_surface[[COEFFICIENT, "log"]].mean()
     people = means.groupby(level=0, observed=True)
     for _, own in people if len(people) <= LINES_AT_MOST else ():

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pandas as pd
 
+from slipscale.analysis.json_form import Unchanged, renamed
 from slipscale.analysis.preprocessing.sufficiency import FEWEST, TINY, few
 from slipscale.analysis.reading.cells import listed
 from slipscale.analysis.statistics.not_computed import NotComputed
@@ -46,7 +47,7 @@ class MixedAnova:
     """
 
     group: Effect
-    amplitude: Effect
+    of_level: Effect
     interaction: Effect
     epsilon_gg: float
 
@@ -80,6 +81,10 @@ class GroupComparison:
     exponents: Welch | NotComputed
     levels: Welch | NotComputed
     anova: MixedAnova | NotComputed
+
+    def json_form(self) -> Mapping[str, object]:
+        """Return a dictionary with the keys used in the JSON output."""
+        return renamed(self, levels=Unchanged("levels"))
 
 
 def membership(data: Dataset) -> pd.Series[str] | NotComputed:
@@ -205,7 +210,7 @@ def _mixed_anova(
             ("Interaction", epsilon),
         )
     )
-    return MixedAnova(group=group, amplitude=amplitude, interaction=interaction, epsilon_gg=epsilon)
+    return MixedAnova(group=group, of_level=amplitude, interaction=interaction, epsilon_gg=epsilon)
 
 
 def _groups(inputs: Inputs) -> GroupComparison | NotComputed:

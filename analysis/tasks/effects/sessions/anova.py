@@ -27,7 +27,7 @@ class SessionAnova:
 
     n: int
     session: Effect
-    amplitude: Effect
+    of_level: Effect
     interaction: Effect
 
 
@@ -68,4 +68,4 @@ def session_anova(
     if isinstance(found, NotComputed):
         return found
     session, amplitude, interaction = found
-    return SessionAnova(n=len(whole), session=session, amplitude=amplitude, interaction=interaction)
+    return SessionAnova(n=len(whole), session=session, of_level=amplitude, interaction=interaction)

@@ -45,7 +45,7 @@ def sentences(analysis: Analysis) -> list[str]:
                 f"The analysis of variance across sessions was not computed: {anova.reason}."
             )
     else:
-        effects = (anova.session, anova.amplitude, anova.interaction)
+        effects = (anova.session, anova.of_level, anova.interaction)
         texts.append(
             anova_sentence(("session", "sessions"), effects, anova.n, confidence, data.quantity)
         )
@@ -90,7 +90,7 @@ def _section(analysis: Analysis, _svgs: Mapping[str, str]) -> ReportSection:
         section.blocks.append(html.paragraph(reason, "note"))
     else:
         anova = found.anova
-        effects = (anova.session, anova.amplitude, anova.interaction)
+        effects = (anova.session, anova.of_level, anova.interaction)
         section.blocks.append(anova_table("session", effects, anova.n, analysis.dataset.quantity))
     if found.measures:
         section.blocks.append(_measures(found, level))

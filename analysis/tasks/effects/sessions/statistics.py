@@ -205,7 +205,7 @@ SESSIONS: Statistic[SessionEffects] = Statistic(
     "correlation ICC(A,1) [[mcgraw1996]].",
     conclusions={
         r"anova\.session\.p": "sessions differ (analysis of variance)",
-        r"anova\.amplitude\.p": "{q.levels} differ (analysis of variance with sessions)",
+        r"anova\.of_level\.p": "{q.levels} differ (analysis of variance with sessions)",
         r"anova\.interaction\.p": "session differences depend on {q.level} (interaction)",
         r"measures\.(.+)\.changes\.(.+)\.p_holm": "{0}: session {1} differs from the first",
     },

@@ -153,9 +153,9 @@ def bayesian_growth(data: Prepared) -> BayesianGrowth | NotComputed:
 def _trials(data: Prepared) -> Trials | NotComputed:
     if data.refused:
         return NotComputed(data.zero_sentence)
-    rows = data.trials[(data.trials["amplitude_um_pp"] > 0) & data.trials["log"].notna()]
+    rows = data.trials[(data.trials["level"] > 0) & data.trials["log"].notna()]
     people = rows[PARTICIPANT].astype("category").cat.remove_unused_categories()
-    log_x = np.log(rows["amplitude_um_pp"].to_numpy(float))
+    log_x = np.log(rows["level"].to_numpy(float))
     log_y = rows["log"].to_numpy(float)
     names = tuple(str(name) for name in people.cat.categories)
     reasons = {

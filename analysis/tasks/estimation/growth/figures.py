@@ -64,7 +64,7 @@ def growth(
     low, high = student_intervals(above, confidence)
     low, high = (np.where(np.isfinite(bound), bound, centre) for bound in (low, high))
     fine = np.linspace(amplitudes.min(), amplitudes.max(), 200)
-    models = found.amplitude.models if found else {}
+    models = found.of_level.models if found else {}
     for (name, model), colour, dash in zip(
         models.items(),
         (BLUE, GREEN, ORANGE, PURPLE, GREY, VERMILION),

@@ -42,7 +42,7 @@ def individual_winners(trials: pd.DataFrame) -> dict[str, str | None]:
     Parameters
     ----------
     trials : DataFrame
-        Columns ``participant_id amplitude_um_pp log``. Rows with an amplitude of 0 or without a
+        Columns ``participant_id level log``. Rows with an amplitude of 0 or without a
         logarithm are omitted.
 
     Returns
@@ -51,8 +51,8 @@ def individual_winners(trials: pd.DataFrame) -> dict[str, str | None]:
         Best model by participant. None if there are too few trials, or if the AICc of the two best
         models differs by less than `UNDECIDED`.
     """
-    usable = trials[(trials["amplitude_um_pp"] > 0) & trials["log"].notna()]
-    place = ["participant_id", "amplitude_um_pp"]
+    usable = trials[(trials["level"] > 0) & trials["log"].notna()]
+    place = ["participant_id", "level"]
     log = usable.groupby(place, observed=True)["log"]
     off = (usable["log"] - log.transform("mean")) ** 2
     around = off.groupby(usable["participant_id"], observed=True).sum().to_numpy(float)

@@ -91,7 +91,7 @@ class Growth:
     ``friction`` is None if the stimuli are not plate amplitudes.
     """
 
-    amplitude: GrowthComparison
+    of_level: GrowthComparison
     friction: FrictionGrowth | NotComputed | None
     individual: IndividualGrowth | NotComputed
 
@@ -108,7 +108,7 @@ def growth(data: Prepared) -> Growth | NotComputed:
     if isinstance(found, NotComputed):
         return found
     return Growth(
-        amplitude=found,
+        of_level=found,
         friction=against_friction(data.logs, data.choices.confidence)
         if data.quantity.of_plate
         else None,
@@ -130,7 +130,7 @@ def _individual(data: Prepared) -> IndividualGrowth | NotComputed:
 
 
 @lru_cache(maxsize=1000)
-def predicted_reduction(amplitude_um_pp: float) -> float:
+def predicted_reduction(level: float) -> float:
     """Return the relative reduction in friction, 1 - µ'/µ, predicted by the squeeze-film model.
 
     The prediction uses the full Reynolds equation (3) and equation (15), with the roughness and the
@@ -139,14 +139,14 @@ def predicted_reduction(amplitude_um_pp: float) -> float:
     """
     from slipscale.stimuli.surface import VirtualSurface  # noqa: PLC0415
 
-    return 1.0 - VirtualSurface(level=amplitude_um_pp).predicted_relative_friction()
+    return 1.0 - VirtualSurface(level=level).predicted_relative_friction()
 
 
-def _shared_load_reduction(amplitude_um_pp: float) -> tuple[float, float]:
+def _shared_load_reduction(level: float) -> tuple[float, float]:
     from slipscale.stimuli.film.shared_load import band  # noqa: PLC0415 - as above
     from slipscale.stimuli.surface import peak_from_pp  # noqa: PLC0415
 
-    least, most = band(peak_from_pp(amplitude_um_pp))
+    least, most = band(peak_from_pp(level))
     return 1 - most, 1 - least
 
 

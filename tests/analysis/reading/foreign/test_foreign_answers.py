@@ -50,8 +50,8 @@ def test_every_standard_has_its_own_point_of_subjective_equality(tmp_path, unit,
     assert [each.task for each in results] == labels
     factor = 1 if unit == "mPa" else 1e-3
     for each, standard in zip(results, (20, 100), strict=True):
-        assert each.standard_um_pp == pytest.approx(standard * factor)
-        assert each.population.threshold_um_pp.value == pytest.approx(standard * factor, rel=0.1)
+        assert each.standard_level == pytest.approx(standard * factor)
+        assert each.population.threshold_level.value == pytest.approx(standard * factor, rel=0.1)
         assert task_name("Constant stimuli", each.task) == "Constant stimuli"
 
 
@@ -59,7 +59,7 @@ def test_differences_from_several_standards_are_not_pooled(tmp_path):
     frame = compared().query("level > std").assign(more="yes")
     found = mapping(answer="more", reference="std", answers={"alternatives": 2})
     choices = load(written(tmp_path, frame), found).trials["forced_choices"]
-    levels = choices.groupby("task")["level_um_pp"].unique().map(sorted)
+    levels = choices.groupby("task")["track_level"].unique().map(sorted)
     assert levels["answers_20mPa"] == pytest.approx([2, 4, 6])
     assert levels["answers_100mPa"] == pytest.approx([10, 20, 30])
     alone = load(written(tmp_path, frame.query("std == 20")), found).trials["forced_choices"]
@@ -98,7 +98,7 @@ def test_thresholds_of_a_forced_choice_are_compared_between_conditions(tmp_path)
     analysis = analyse(load(written(tmp_path, of_conditions()), found))
     (factor,) = analysis.inference.found(THRESHOLDS)[0].population.factors
     assert factor.name == "cond"
-    high, low = (each.threshold_um_pp.value for each in factor.levels)
+    high, low = (each.threshold_level.value for each in factor.levels)
     assert high > 2 * low
     assert factor.contrasts[0].p < 0.01
 

@@ -130,7 +130,7 @@ def test_every_programs_file_gives_the_same_estimates(tmp_path, name):
     found = load(tmp_path / name, parse_mapping({"columns": parts}, "here")).estimates
     rows = zip(
         found["participant_id"].astype(str),
-        found["amplitude_um_pp"],
+        found["level"],
         found["estimate"],
         strict=True,
     )

@@ -154,7 +154,7 @@ def frame(people, *, seed=3, tau=0.2, curve="weibull", method="two_interval", se
                 z = CURVES[curve].inverse(np.array(0.5)) + 2 * np.log(level / own / typical)
                 p = 0.5 + 0.48 * float(CURVES[curve].distribution(z))
                 rows.append((who, session, False, 1.2, level, bool(rng.random() < p)))
-    names = ["participant_id", "session", "catch", "standard_um_pp", "level_um_pp", "correct"]
+    names = ["participant_id", "session", "catch", "standard_level", "track_level", "correct"]
     return pd.DataFrame(rows, columns=names)
 
 
@@ -176,7 +176,7 @@ def test_groups_and_sessions_have_thresholds_and_the_change_between_them():
         assert low < truth < high
         assert contrast.change.value == pytest.approx(truth, rel=0.25)
         assert contrast.p < 0.05
-    first, second = (each.threshold_um_pp.value for each in by_session.levels)
+    first, second = (each.threshold_level.value for each in by_session.levels)
     assert second / first == pytest.approx(by_session.contrasts[0].change.value, rel=0.02)
 
 
@@ -204,8 +204,8 @@ def test_factors_shift_thresholds_and_one_is_averaged_over_the_other():
     names = ["fast, left", "fast, right", "slow, left", "slow, right"]
     assert [each.name for each in both.levels] == names
     assert both.contrasts == ()
-    logs = np.log([each.threshold_um_pp.value for each in both.levels]).reshape(2, 2).mean(axis=1)
-    by_speed = [np.log(each.threshold_um_pp.value) for each in speed.levels]
+    logs = np.log([each.threshold_level.value for each in both.levels]).reshape(2, 2).mean(axis=1)
+    by_speed = [np.log(each.threshold_level.value) for each in speed.levels]
     assert logs == pytest.approx(by_speed, abs=0.1)
 
 
@@ -215,7 +215,7 @@ def test_each_person_is_drawn_towards_the_population():
     )
     logs = np.log(list(found.participants.values()))
     assert np.ptp(logs) < 1.0
-    assert logs.mean() == pytest.approx(np.log(found.threshold_um_pp.value), abs=0.05)
+    assert logs.mean() == pytest.approx(np.log(found.threshold_level.value), abs=0.05)
     assert found.n == 5
     assert found.answers == 300
 
@@ -232,13 +232,13 @@ def test_the_share_moves_the_threshold_along_the_curve():
         for share in (0.5, 0.8)
     }
     moved = np.diff(CURVES["weibull"].inverse(np.array([0.5, 0.8])))[0] / at[0.5].slope.value
-    ratio = at[0.8].threshold_um_pp.value / at[0.5].threshold_um_pp.value
+    ratio = at[0.8].threshold_level.value / at[0.5].threshold_level.value
     assert np.log(ratio) == pytest.approx(moved, rel=0.01)
 
 
 def test_answers_that_fall_or_never_change_have_no_threshold():
     rows = frame({f"p{i}": (1.0,) for i in range(4)})
-    falling = rows.assign(correct=rows["level_um_pp"] < 1)
+    falling = rows.assign(correct=rows["track_level"] < 1)
     found = population_threshold(falling, CHOICES, method="two_interval", curve="weibull")
     assert found == NotComputed("answers do not increase with the levels presented")
     alike = population_threshold(
@@ -260,7 +260,7 @@ def test_a_comparison_on_the_wrong_axis_is_named_and_the_right_one_holds_the_tru
         away = np.log(level) if truth == "log_normal" else level - 1
         more = bool(rng.random() < CURVES["normal"].distribution(np.array(z75 * away / half)))
         rows.append((who, "", False, 1.0, level, more))
-    names = ["participant_id", "session", "catch", "standard_um_pp", "level_um_pp", "correct"]
+    names = ["participant_id", "session", "catch", "standard_level", "track_level", "correct"]
     found = {
         curve: population_threshold(
             pd.DataFrame(rows, columns=names), CHOICES, method="comparison", curve=curve

@@ -18,7 +18,7 @@ LEVELS = np.array([0.05, 0.1, 0.2, 0.4, 0.8])
 
 def answers(correct, trials, levels=LEVELS):
     return Answers(
-        levels_um_pp=np.asarray(levels, float),
+        levels=np.asarray(levels, float),
         correct=np.asarray(correct, float),
         trials=np.full(len(levels), float(trials)),
     )
@@ -31,7 +31,7 @@ def by_weighting(data, guess):
     """Return quantiles of threshold and slope: draws from the prior, weighted by likelihood."""
     rng = np.random.default_rng(1)
     draws = 400_000
-    u = np.log(data.levels_um_pp)
+    u = np.log(data.levels)
     span = u[-1] - u[0]
     threshold = rng.uniform(u[0] - span, u[-1] + span, draws)
     slope = np.log(USUAL_SLOPE) + SLOPE_SD * rng.standard_normal(draws)
@@ -54,7 +54,7 @@ def by_weighting(data, guess):
 def test_it_is_the_prior_weighted_by_the_likelihood(method, guess):
     found = fit_threshold_by_posterior(FEW, method=method)
     threshold, slope, lapse = by_weighting(FEW, guess)
-    at = found.threshold_um_pp
+    at = found.threshold_level
     assert np.log([at.value, *at.interval]) == pytest.approx(threshold, abs=0.03)
     assert np.log([found.slope.value, *found.slope.interval]) == pytest.approx(slope, abs=0.03)
     assert found.lapse == pytest.approx(lapse, abs=0.001)
@@ -69,11 +69,11 @@ def test_with_many_answers_it_is_the_likeliest_curve(method, curve):
     data = answers(rng.binomial(3000, CURVES[curve].proportion(levels, **truth)), 3000, levels)
     posterior = fit_threshold_by_posterior(data, method=method, curve=curve)
     likeliest = fit_threshold(data, method=method, curve=curve)
-    assert posterior.threshold_um_pp.value == pytest.approx(
-        likeliest.threshold_um_pp.value, rel=0.01
+    assert posterior.threshold_level.value == pytest.approx(
+        likeliest.threshold_level.value, rel=0.01
     )
-    assert posterior.threshold_um_pp.interval.low == pytest.approx(
-        likeliest.threshold_um_pp.interval.low, rel=0.02
+    assert posterior.threshold_level.interval.low == pytest.approx(
+        likeliest.threshold_level.interval.low, rel=0.02
     )
     assert posterior.slope.value == pytest.approx(likeliest.slope.value, rel=0.02)
 
@@ -84,8 +84,8 @@ def test_a_jump_between_two_levels_leaves_the_slope_an_interval():
     found = fit_threshold_by_posterior(data)
     low, high = found.slope.interval
     assert 1 < low < found.slope.value < high < 20
-    assert 0.1 < found.threshold_um_pp.interval.low < 0.2
-    assert found.threshold_um_pp.interval.high < 0.4
+    assert 0.1 < found.threshold_level.interval.low < 0.2
+    assert found.threshold_level.interval.high < 0.4
 
 
 def test_answers_that_do_not_rise_have_no_threshold_here_either():

@@ -29,7 +29,7 @@ from slipscale.faults import UserError
 
 # psignifit's example: two intervals, 90 trials a level (python-psignifit, docs/basic-usage.md).
 EXAMPLE = Answers(
-    levels_um_pp=np.array(
+    levels=np.array(
         [
             0.001,
             0.0015,
@@ -57,7 +57,7 @@ FAMILIES = pytest.mark.parametrize("curve", ["weibull", "logistic", "normal"])
 def answers(levels, correct, trials=None):
     counts = np.full(len(levels), 20.0) if trials is None else np.asarray(trials, float)
     return Answers(
-        levels_um_pp=np.asarray(levels, float), correct=np.asarray(correct, float), trials=counts
+        levels=np.asarray(levels, float), correct=np.asarray(correct, float), trials=counts
     )
 
 
@@ -70,7 +70,7 @@ def drawn(curve, truth, levels, trials, rng):
 def test_the_likeliest_curve_is_psignifits_where_data_are_plenty(curve, sigmoid):
     """psignifit 4 is the oracle: Bayesian, with overdispersion; its mode, and percentiles."""
     ours = fit_threshold(EXAMPLE, curve=curve)
-    table = np.stack([EXAMPLE.levels_um_pp, EXAMPLE.correct, EXAMPLE.trials], axis=1)
+    table = np.stack([EXAMPLE.levels, EXAMPLE.correct, EXAMPLE.trials], axis=1)
     theirs = psignifit(
         table, sigmoid=sigmoid, experiment_type="2AFC", thresh_PC=0.5, confP=(0.95,), verbose=False
     )
@@ -79,10 +79,10 @@ def test_the_likeliest_curve_is_psignifits_where_data_are_plenty(curve, sigmoid)
     if curve == "normal":
         assert at["threshold"] == pytest.approx(PUBLISHED_THRESHOLD, rel=1e-3)
         assert at["width"] == pytest.approx(PUBLISHED_WIDTH, rel=5e-3)
-    assert ours.threshold_um_pp.value == pytest.approx(at["threshold"], rel=2e-3)
+    assert ours.threshold_level.value == pytest.approx(at["threshold"], rel=2e-3)
     assert width == pytest.approx(at["width"], rel=5e-3)
     (low, high) = next(iter(theirs.confidence_intervals["threshold"].values()))
-    assert tuple(ours.threshold_um_pp.interval) == pytest.approx((low, high), rel=0.04)
+    assert tuple(ours.threshold_level.interval) == pytest.approx((low, high), rel=0.04)
 
 
 @FAMILIES
@@ -94,12 +94,12 @@ def test_no_search_finds_likelier_parameters(curve, method):
     data = drawn(curve, truth, np.linspace(0.1, 1.1, 8), 40, rng)
     found = fit_threshold(data, curve=curve, method=method)
     counts = likelihood.Counts(None, data.correct[None], data.trials[None])
-    best = counts.log_likelihood(found.proportion(data.levels_um_pp)[None])[0]
+    best = counts.log_likelihood(found.proportion(data.levels)[None])[0]
 
     def minus(theta):
         lower = {"two_interval": 0.5, "yes_no": theta[3], "comparison": theta[2]}[method]
         share = CURVES[curve].proportion(
-            data.levels_um_pp,
+            data.levels,
             threshold_level=math.exp(theta[0]),
             slope=math.exp(theta[1]),
             guess=lower,
@@ -117,7 +117,7 @@ def test_no_search_finds_likelier_parameters(curve, method):
 def test_without_guesses_and_lapses_it_is_the_probit_model():
     data = answers([0.2, 0.4, 0.6, 0.8, 1.0], [2, 5, 9, 16, 18])
     found = fit_threshold(data, curve="normal", method="comparison", largest_lapse=0.0)
-    design = sm.add_constant(data.levels_um_pp)
+    design = sm.add_constant(data.levels)
     model = sm.GLM(
         np.stack([data.correct, data.trials - data.correct], axis=1),
         design,
@@ -125,14 +125,14 @@ def test_without_guesses_and_lapses_it_is_the_probit_model():
     ).fit(tol=1e-12)
     intercept, slope = model.params
     assert found.slope.value == pytest.approx(slope, rel=1e-5)
-    assert found.threshold_um_pp.value == pytest.approx(-intercept / slope, rel=1e-5)
+    assert found.threshold_level.value == pytest.approx(-intercept / slope, rel=1e-5)
     # An interval's end is a slope that a likelihood ratio test just does not refuse.
     for end in found.slope.interval:
         held = optimize.minimize_scalar(
             lambda a, end=end: (
                 -sum(
                     stats.binom.logpmf(
-                        data.correct, data.trials, stats.norm.cdf(a + end * data.levels_um_pp)
+                        data.correct, data.trials, stats.norm.cdf(a + end * data.levels)
                     )
                 )
             ),
@@ -153,7 +153,7 @@ def fitted(curve):
 def test_level_and_proportion_are_each_others_inverse(curve, share):
     found = fitted(curve)
     proportion = found.guess + (1 - found.guess - found.lapse) * share
-    level = found.level_um_pp(proportion)
+    level = found.level_at(proportion)
     assert found.proportion(np.array([level]))[0] == pytest.approx(proportion)
 
 
@@ -161,15 +161,15 @@ def test_level_and_proportion_are_each_others_inverse(curve, share):
 def test_the_threshold_is_where_the_proportion_says(curve):
     found = fit_threshold(EXAMPLE, curve=curve, share=0.7)
     proportion = found.guess + (1 - found.guess - found.lapse) * found.share
-    at = found.level_um_pp(proportion)
-    assert at == pytest.approx(found.threshold_um_pp.value)
+    at = found.level_at(proportion)
+    assert at == pytest.approx(found.threshold_level.value)
     # The same curve, told of at another place.
-    assert fitted(curve).level_um_pp(proportion) == pytest.approx(at, rel=1e-4)
+    assert fitted(curve).level_at(proportion) == pytest.approx(at, rel=1e-4)
 
 
 def test_a_level_beyond_the_asymptotes_is_refused():
     with pytest.raises(UserError, match=r"proportion is 0.4, expected between the asymptotes 0.5"):
-        fitted("weibull").level_um_pp(0.4)
+        fitted("weibull").level_at(0.4)
 
 
 RUNS = 200
@@ -299,7 +299,7 @@ def test_a_slope_that_the_answers_leave_open_is_not_reported():
 
 def test_trials_are_counted_by_level():
     data = Answers.of_trials([0.3, 0.1, 0.3, 0.1, 0.3], [True, False, True, True, False])
-    assert data.levels_um_pp.tolist() == [0.1, 0.3]
+    assert data.levels.tolist() == [0.1, 0.3]
     assert data.correct.tolist() == [1, 2]
     assert data.trials.tolist() == [2, 3]
 
@@ -329,13 +329,13 @@ def test_a_jump_between_two_levels_has_a_threshold_but_no_slope():
     found = fit_threshold(
         answers([0.1, 0.2, 0.4, 0.8], [0, 0, 20, 20]), method="comparison", curve="normal"
     )
-    assert 0.2 < found.threshold_um_pp.value < 0.4
+    assert 0.2 < found.threshold_level.value < 0.4
     assert isinstance(found.slope, NotComputed)
 
 
 def test_an_end_that_the_data_do_not_set_is_infinite_or_zero():
     found = fit_threshold(answers([0.2, 0.4, 0.8], [2, 3, 3], [4, 4, 4]))
-    low, high = found.threshold_um_pp.interval
+    low, high = found.threshold_level.interval
     assert low == 0 or math.isinf(high)
 
 
@@ -372,13 +372,13 @@ def test_counts_that_cannot_be_are_refused(levels, correct, trials, words):
 
 
 def test_a_negative_level_has_no_logarithm():
-    with pytest.raises(UserError, match=r"a level is -0\.1 um_pp, expected 0 or more"):
+    with pytest.raises(UserError, match=r"a level is -0\.1, expected 0 or more"):
         fit_threshold(answers([-0.1, 0.1, 0.2], [5, 10, 18]))
 
 
 def test_a_difference_thresholds_weber_fraction_is_its_part_of_the_standard():
     found = weber_fraction(fitted("weibull"), 0.05)
-    threshold = fitted("weibull").threshold_um_pp
+    threshold = fitted("weibull").threshold_level
     assert found.value == pytest.approx(threshold.value / 0.05)
     assert tuple(found.interval) == pytest.approx(tuple(x / 0.05 for x in threshold.interval))
 
@@ -386,7 +386,7 @@ def test_a_difference_thresholds_weber_fraction_is_its_part_of_the_standard():
 def test_a_comparisons_weber_fraction_is_half_the_distance_between_its_quartiles():
     data = answers([0.8, 0.9, 1.0, 1.1, 1.2], [1, 4, 10, 15, 19])
     found = fit_threshold(data, method="comparison", curve="logistic", largest_lapse=0.0)
-    quartiles = found.level_um_pp(0.75) - found.level_um_pp(0.25)
+    quartiles = found.level_at(0.75) - found.level_at(0.25)
     fraction = weber_fraction(found, 1.0)
     assert fraction.value == pytest.approx(quartiles / 2)
     low, high = fraction.interval
@@ -394,7 +394,7 @@ def test_a_comparisons_weber_fraction_is_half_the_distance_between_its_quartiles
 
 
 def test_what_has_no_weber_fraction_says_so():
-    with pytest.raises(UserError, match="standard_um_pp is 0, expected above 0"):
+    with pytest.raises(UserError, match="standard_level is 0, expected above 0"):
         weber_fraction(fitted("weibull"), 0.0)
     with pytest.raises(UserError, match="yes_no trials have no standard"):
         weber_fraction(fit_threshold(EXAMPLE, method="yes_no"), 1.0)

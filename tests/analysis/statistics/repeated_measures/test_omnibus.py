@@ -40,7 +40,7 @@ def ready(values, **choices):
             "participant_id": pd.Categorical([f"p{i:04d}" for i in who.ravel()]),
             "session": "",
             "run": "1",
-            "amplitude_um_pp": AMPLITUDES[: array.shape[1]][what.ravel()],
+            "level": AMPLITUDES[: array.shape[1]][what.ravel()],
             "normalised": array.ravel(),
         }
     ).dropna()
@@ -55,7 +55,7 @@ def reference():
             "participant_id": raw["participant"].astype("category"),
             "session": "",
             "run": "1",
-            "amplitude_um_pp": raw["amp"],
+            "level": raw["amp"],
             "normalised": raw["est"],
         }
     )
@@ -80,7 +80,7 @@ def test_friedman_is_r_s(reference):
 
 
 def test_holm_corrected_pairs_are_r_s(reference):
-    rows = {(row.from_um_pp, row.to_um_pp): row for row in pairwise(reference)}
+    rows = {(row.from_level, row.to_level): row for row in pairwise(reference)}
     # R lists the lower triangle by column: 0-0.5, 0-1.2, 0-2.3, 0.5-1.2, 0.5-2.3, 1.2-2.3.
     pairs = [(0, 0.5), (0, 1.2), (0, 2.3), (0.5, 1.2), (0.5, 2.3), (1.2, 2.3)]
     assert [rows[pair].logs.p_holm for pair in pairs] == pytest.approx(
@@ -153,7 +153,7 @@ def test_an_exponent_whose_fit_did_not_converge_is_not_put_in_a_sentence(referen
 
 
 def test_the_linear_trend_is_r_s(reference):
-    ours = omnibus.linear_trend(reference).log_slope_per_um_pp
+    ours = omnibus.linear_trend(reference).log_slope_per_level
     assert ours.mean == pytest.approx(R["trend"]["slope"])
     assert ours.t == pytest.approx(R["trend"]["t"])
     assert list(ours.interval) == pytest.approx(R["trend"]["ci95"])
@@ -212,7 +212,7 @@ def test_constant_estimates_give_a_reason_and_not_a_silent_nan():
         reliability,
     ):
         assert isinstance(test(data), NotComputed), test.__name__
-    assert isinstance(omnibus.linear_trend(data).log_slope_per_um_pp, NotComputed)
+    assert isinstance(omnibus.linear_trend(data).log_slope_per_level, NotComputed)
     assert isinstance(order_effects(data), NotComputed)
     assert all(isinstance(pair.logs, NotComputed) for pair in pairwise(data))
     assert all(np.isnan(pair.ranks.p_holm) for pair in pairwise(data))
@@ -284,12 +284,12 @@ def test_order_effects_are_recovered():
             log = amplitude + 0.05 * position + 0.1 * np.nan_to_num(before)
             rows.append((f"p{person:02d}", amplitude, np.exp(log + rng.normal(0, 0.05))))
             before = amplitude
-    frame = pd.DataFrame(rows, columns=["participant_id", "amplitude_um_pp", "normalised"])
+    frame = pd.DataFrame(rows, columns=["participant_id", "level", "normalised"])
     frame["participant_id"] = frame["participant_id"].astype("category")
     found = order_effects(prepare(frame.assign(session="", run="1"), AnalysisChoices()))
     assert found.log_slope_per_trial.mean == pytest.approx(0.05, abs=0.01)
     assert found.log_slope_per_trial.p < 0.001
-    assert found.log_slope_per_um_pp_before.mean == pytest.approx(0.1, abs=0.05)
+    assert found.log_slope_per_level_before.mean == pytest.approx(0.1, abs=0.05)
 
 
 def test_page_s_trend_is_one_sided(reference):
@@ -308,7 +308,7 @@ def test_the_mixed_model_is_lme4_s_whatever_the_stimulus_unit(name):
             "participant_id": raw["participant"].astype(str).astype("category"),
             "session": "",
             "run": "1",
-            "amplitude_um_pp": raw["x"].astype(float),
+            "level": raw["x"].astype(float),
             "normalised": raw["y"],
         }
     )

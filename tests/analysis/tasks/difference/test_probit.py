@@ -113,7 +113,7 @@ def test_a_known_d_prime_is_recovered_for_each_size_of_step():
     centre = np.array([truth[size] for size in sizes]) - rng.normal(0.5, 0.3, 60)[who]
     felt = (rng.random(len(who)) < norm.cdf(centre)).astype(float)
     found = d_primes(sizes, felt, who, 0.95)
-    assert [each.removed_um_pp for each in found] == [0.5, 1.1]
+    assert [each.removed_level for each in found] == [0.5, 1.1]
     assert [each.d_prime for each in found] == pytest.approx([0.8, 1.9], abs=0.12)
 
 
@@ -212,7 +212,7 @@ def test_answers_all_alike_count_as_one_a_participant():
 def test_sizes_with_the_same_bound_share_one_clause():
     def size(um, d_prime, low, high):
         limits = ConfidenceInterval(low=low, high=high)
-        return DPrimeOfSize(removed_um_pp=um, steps=9, yes=9, d_prime=d_prime, interval=limits)
+        return DPrimeOfSize(removed_level=um, steps=9, yes=9, d_prime=d_prime, interval=limits)
 
     found = SignalDetection(
         pooled=Sensitivity(

@@ -27,8 +27,8 @@ def answers(intercept, slope, people, repetitions=1, *, seed=1, spread=0.0):
     return pd.DataFrame(
         {
             "participant_id": who,
-            "amplitude_before_um_pp": 2.3,
-            "amplitude_um_pp": 2.3 - removed,
+            "level_before": 2.3,
+            "level": 2.3 - removed,
             "difference_felt": felt.astype(float),
         }
     )
@@ -92,8 +92,8 @@ def test_a_weber_fraction_tells_apart_what_the_size_confounds():
     steps = pd.DataFrame(
         {
             "participant_id": np.repeat(np.arange(20), 20),
-            "amplitude_before_um_pp": before,
-            "amplitude_um_pp": after,
+            "level_before": before,
+            "level": after,
             "difference_felt": (rng.random(400) < special.expit(-2 + 8 * fraction)).astype(float),
         }
     )
@@ -104,7 +104,7 @@ def test_a_weber_fraction_tells_apart_what_the_size_confounds():
 
 
 def test_steps_from_nothing_have_no_weber_fraction():
-    steps = answers(-2, 4, 5, seed=1).assign(amplitude_before_um_pp=0.0)
+    steps = answers(-2, 4, 5, seed=1).assign(level_before=0.0)
     assert "every step begins at 0" in psychometric(steps, measure="weber_fraction").reason
 
 
@@ -112,16 +112,16 @@ def test_own_thresholds_are_those_of_their_answers_and_need_enough_of_them():
     found = own_thresholds(answers(-6, 12, 4, 25, seed=11), 0.95)
     assert len(found) == 4
     for own in found.values():
-        assert own.threshold_um_pp.value == pytest.approx(0.5, abs=0.15)
-        low, high = own.threshold_um_pp.interval
-        assert low < own.threshold_um_pp.value < high
+        assert own.threshold_level.value == pytest.approx(0.5, abs=0.15)
+        low, high = own.threshold_level.interval
+        assert low < own.threshold_level.value < high
     few = own_thresholds(answers(-2, 4, 3, 2, seed=1), 0.95)
     assert all(isinstance(own, NotComputed) and "at least 20" in own.reason for own in few.values())
 
 
 def test_answers_that_do_not_correlate_give_the_maximum_likelihood_curve():
     steps = answers(-1, 3, 400, seed=4)
-    x = (2.3 - steps["amplitude_um_pp"]).to_numpy()
+    x = (2.3 - steps["level"]).to_numpy()
     y = steps["difference_felt"].to_numpy()
 
     def minus_log_likelihood(theta):
@@ -155,8 +155,8 @@ def test_data_without_a_finite_slope_gets_the_reason(removed, felt, words):
     steps = pd.DataFrame(
         {
             "participant_id": list("abcd") * 2,
-            "amplitude_before_um_pp": 2.3,
-            "amplitude_um_pp": 2.3 - np.array(removed * 2),
+            "level_before": 2.3,
+            "level": 2.3 - np.array(removed * 2),
             "difference_felt": np.array(felt * 2, float),
         }
     )
@@ -182,7 +182,7 @@ def test_separation_is_what_a_growing_slope_never_makes_less_likely(pairs):
 def test_the_band_at_a_size_is_the_interval_of_the_intercept_counted_from_there(size):
     steps = answers(-2, 4, 15, 2, seed=7)
     found = psychometric(steps)
-    moved = psychometric(steps.assign(amplitude_um_pp=steps["amplitude_um_pp"] + size))
+    moved = psychometric(steps.assign(level=steps["level"] + size))
     half = stats.t.ppf(0.95, found.df) * moved.covariance[0][0] ** 0.5
     share, low, high = (float(x[0]) for x in curve(found, np.array([size]), 0.9))
     assert special.logit(share) == pytest.approx(moved.intercept, rel=1e-4)
@@ -197,9 +197,7 @@ RING = 34.0
 def drawn(steps):
     from slipscale.analysis.tasks.difference.figures import difference  # noqa: PLC0415 - matplotlib takes a second to load
 
-    steps = steps.assign(
-        catch=steps["amplitude_before_um_pp"] == steps["amplitude_um_pp"], verbal_report=""
-    )
+    steps = steps.assign(catch=steps["level_before"] == steps["level"], verbal_report="")
     return difference(analyse_differences(steps, load_codebook()), steps)
 
 
@@ -221,5 +219,5 @@ def test_separated_answers_are_drawn_without_a_curve_and_one_size_without_an_axi
     figure = drawn(separate)
     assert "logistic curve" not in [line.get_label() for line in figure.axes[1].lines]
     assert rings(figure)
-    alike = separate[np.isclose(separate["amplitude_um_pp"], 2.3 - 0.7)]
+    alike = separate[np.isclose(separate["level"], 2.3 - 0.7)]
     assert len(drawn(alike).axes) == 1

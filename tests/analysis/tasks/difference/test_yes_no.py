@@ -47,7 +47,7 @@ def analysed(dataset, **own):
 
 def test_steps_are_counted_from_the_top_with_exact_intervals(dataset):
     found = analysed(dataset, **{"03": series(dataset, last="no")})
-    assert [(row.from_um_pp, row.to_um_pp) for row in found.steps] == [
+    assert [(row.from_level, row.to_level) for row in found.steps] == [
         (2.3, 1.2),
         (1.2, 0.5),
         (0.5, 0.0),
@@ -84,8 +84,8 @@ def test_a_participant_has_a_threshold_from_the_fewest_answers_that_are_stated(m
     steps = pd.DataFrame(
         {
             "participant_id": "01",
-            "amplitude_before_um_pp": 2.3,
-            "amplitude_um_pp": 2.3 - sizes,
+            "level_before": 2.3,
+            "level": 2.3 - sizes,
             "difference_felt": (sizes > 0.4).astype(float),
         }
     )

@@ -21,7 +21,7 @@ from slipscale.analysis.tasks.thresholds.reading import TRIALS
 #: on; F, p after Greenhouse and Geisser.
 R = {
     "factor": (25.246, 0.00010193),
-    "amplitude": (862.81, 1.0016e-24),
+    "of_level": (862.81, 1.0016e-24),
     "interaction": (2.5635, 0.053586),
 }
 #: lme4's `ly ~ lx * speed + (1 + lx + speed | who)`: estimate and standard error.

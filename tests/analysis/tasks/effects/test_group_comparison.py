@@ -84,7 +84,7 @@ def prepared(sizes, rng, slope=lambda _: 0.5):
         for i in range(size)
         for a in (0.5, 1.2, 2.3)
     ]
-    frame = pd.DataFrame(rows, columns=["participant_id", "amplitude_um_pp", "normalised"])
+    frame = pd.DataFrame(rows, columns=["participant_id", "level", "normalised"])
     frame["participant_id"] = frame["participant_id"].astype("category")
     who = frame["participant_id"].cat.categories
     group_of = pd.Series([name[0] for name in who], index=who, name="hand")

@@ -29,7 +29,7 @@ def trials(slopes, *, noise=0.0, coefficients=COEFFICIENTS, seed=1):
     rows = [
         {
             "participant_id": f"sub-{who:02d}", "session": "", "run": "1", "trial": trial,
-            "amplitude_um_pp": amplitude, "friction_coefficient": coefficient,
+            "level": amplitude, "friction_coefficient": coefficient,
             "estimate": math.exp(3 + slope * coefficient + noise * rng.normal()),
         }
         for who, slope in enumerate(slopes, start=1)
@@ -112,6 +112,7 @@ def test_the_sentence_says_what_less_friction_within_the_measured_range_does_to_
 def test_report_figure_and_json_are_written_where_friction_was_measured(tmp_path):
     table = tmp_path / "tidy.csv"
     frame = trials([-2.0, -3.0, -5.5, -4.0], noise=0.1)
+    frame = frame.rename(columns={"level": "amplitude_um_pp"})
     columns = ["participant_id", "trial", "amplitude_um_pp", "estimate", "friction_coefficient"]
     frame[columns].to_csv(table, index=False)
     analysis = analyse(table)

@@ -42,7 +42,7 @@ def found(analysis):
     return analysis.inference.sessions
 
 
-@pytest.mark.parametrize("effect", ["session", "amplitude", "interaction"])
+@pytest.mark.parametrize("effect", ["session", "of_level", "interaction"])
 def test_the_analysis_of_variance_is_r_s(found, effect):
     ours = getattr(found.anova, effect)
     for name in ("F", "df1", "df2", "p"):

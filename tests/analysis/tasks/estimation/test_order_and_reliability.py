@@ -21,7 +21,7 @@ AMPLITUDES = np.array([0.0, 0.5, 1.2, 2.3])
 
 def ready(rows, conditions=None, **choices):
     """Rows of (participant, amplitude, log estimate), in order of presentation."""
-    frame = pd.DataFrame(rows, columns=["participant_id", "amplitude_um_pp", "log"])
+    frame = pd.DataFrame(rows, columns=["participant_id", "level", "log"])
     if conditions:
         frame[f"{FACTOR}speed"] = conditions
     frame = frame.assign(
@@ -64,8 +64,8 @@ def test_carry_over_alone_does_not_show_as_drift():
     rng = np.random.default_rng(2)
     found = [order_effects(ready(session(rng, 10, carry=0.4))) for _ in range(100)]
     assert sum(each.log_slope_per_trial.p < 0.05 for each in found) <= 12
-    assert sum(each.log_slope_per_um_pp_before.p < 0.05 for each in found) > 90
-    slopes = [each.log_slope_per_um_pp_before.mean for each in found]
+    assert sum(each.log_slope_per_level_before.p < 0.05 for each in found) > 90
+    slopes = [each.log_slope_per_level_before.mean for each in found]
     assert np.mean(slopes) == pytest.approx(0.4, abs=0.02)
 
 
@@ -108,7 +108,7 @@ def test_an_amplitude_that_nobody_repeated_counts_with_its_single_estimates():
     seen = set()
     once = [r for r in rows if r[1] != 0.5 or (r[0] not in seen and not seen.add(r[0]))]
     found = reliability(ready(once))
-    assert (found.n, found.amplitudes, found.repetitions) == (6, 4, pytest.approx(1.6))
+    assert (found.n, found.of_levels, found.repetitions) == (6, 4, pytest.approx(1.6))
     assert (found.method, found.trials) == ("REML", 42)
 
 
@@ -125,7 +125,7 @@ def test_conditions_of_a_factor_are_no_repetitions_and_no_drift():
     ]
     found = ready([row[:3] for row in rows], conditions=[row[3] for row in rows])
     same = reliability(found)
-    assert (same.repetitions, same.amplitudes, same.method) == (2, 8, "mean squares")
+    assert (same.repetitions, same.of_levels, same.method) == (2, 8, "mean squares")
     assert same.variance_repetitions == pytest.approx(0.2**2, rel=0.25)
     assert abs(order_effects(found).log_slope_per_trial.mean) < 0.01
     trials = found.trials.assign(estimate=found.trials["normalised"])

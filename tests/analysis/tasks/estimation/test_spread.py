@@ -17,7 +17,7 @@ def study(spreads, people=12, repetitions=3):
         for amplitude, spread in spreads.items()
         for _ in range(repetitions)
     ]
-    frame = pd.DataFrame(rows, columns=["participant_id", "amplitude_um_pp", "normalised"])
+    frame = pd.DataFrame(rows, columns=["participant_id", "level", "normalised"])
     frame["participant_id"] = frame["participant_id"].astype("category")
     return prepare(frame.assign(session="", run="1"), AnalysisChoices())
 

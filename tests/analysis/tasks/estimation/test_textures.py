@@ -85,15 +85,15 @@ def test_the_surface_before_is_the_one_that_was_felt_before(dataset):
         found = analyse(dataset(rows=rows))
         first = found.estimates[found.estimates["participant_id"] == "sub-01"]
         effects = found.inference.order
-        return first, effects.log_slope_per_um_pp_before, effects.log_slope_per_trial
+        return first, effects.log_slope_per_level_before, effects.log_slope_per_trial
 
     table, *between = carried_over(3, "ridges")
-    before = table["amplitude_um_pp"].shift()
-    assert list(table["before_um_pp"].isna()) == [True, False, False, True] + [False] * 4
-    assert (table["before_um_pp"] == before)[table["before_um_pp"].notna()].all()
+    before = table["level"].shift()
+    assert list(table["before_level"].isna()) == [True, False, False, True] + [False] * 4
+    assert (table["before_level"] == before)[table["before_level"].notna()].all()
     assert list(table["position"]) == [1, 2, 3, 5, 6, 7, 8, 9]
     table, *last = carried_over(8, "ridges")
-    assert list(table["before_um_pp"].isna()) == [True] + [False] * 7
+    assert list(table["before_level"].isna()) == [True] + [False] * 7
     assert between != last
 
 
@@ -107,7 +107,7 @@ def test_an_unanswered_trial_was_felt_before_the_next(dataset):
     table = found.estimates[found.estimates["participant_id"] == "sub-01"]
     shown = [row["amplitude_um_pp"] for row in rows["01"]]
     assert list(table["position"]) == [1, 2, 4, 5, 6, 7, 8]
-    assert list(table["before_um_pp"])[1:] == [shown[0], *shown[2:7]]
+    assert list(table["before_level"])[1:] == [shown[0], *shown[2:7]]
 
 
 def test_a_study_without_textures_says_nothing_of_them(dataset):

@@ -31,7 +31,7 @@ def estimates(exponents):
         for who, exponent in enumerate(exponents)
         for a in AMPLITUDES
     ]
-    frame = pd.DataFrame(rows, columns=["participant_id", "amplitude_um_pp", "normalised"])
+    frame = pd.DataFrame(rows, columns=["participant_id", "level", "normalised"])
     frame["participant_id"] = frame["participant_id"].astype("category")
     return prepare(frame.assign(session="", run="1"), AnalysisChoices())
 
@@ -66,7 +66,7 @@ def task(fractions, standard=1.2):
         task="difference",
         method="two_interval",
         curve="weibull",
-        standard_um_pp=standard,
+        standard_level=standard,
         participants=people,
         population=NONE,
         weber_fraction=of_all(fractions),

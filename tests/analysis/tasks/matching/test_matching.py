@@ -33,7 +33,7 @@ def matches(people=6, each=4, hysteresis=0.06):
         for _ in range(each)
     ]
     frame = pd.DataFrame(
-        rows, columns=["participant_id", "reference_um_pp", "direction", "matched_um_pp"]
+        rows, columns=["participant_id", "reference_level", "direction", "matched_level"]
     ).assign(task="matching", catch=False, felt_again=np.nan)
     return frame.assign(participant_id=pd.Categorical(frame["participant_id"]))
 
@@ -41,47 +41,47 @@ def matches(people=6, each=4, hysteresis=0.06):
 def test_bias_and_direction_are_students_tests_of_one_value_a_participant():
     frame = matches()
     found = matching(frame)
-    assert [each.reference_um_pp for each in found] == [0.8, 1.6]
+    assert [each.reference_level for each in found] == [0.8, 1.6]
     for each in found:
-        rows = frame[frame["reference_um_pp"] == each.reference_um_pp]
-        own = rows.groupby("participant_id", observed=True)["matched_um_pp"].mean()
-        test = stats.ttest_1samp(own - each.reference_um_pp, 0)
-        assert each.bias_um_pp.mean == pytest.approx(own.mean() - each.reference_um_pp)
-        assert each.bias_um_pp.p == pytest.approx(test.pvalue)
+        rows = frame[frame["reference_level"] == each.reference_level]
+        own = rows.groupby("participant_id", observed=True)["matched_level"].mean()
+        test = stats.ttest_1samp(own - each.reference_level, 0)
+        assert each.bias_level.mean == pytest.approx(own.mean() - each.reference_level)
+        assert each.bias_level.p == pytest.approx(test.pvalue)
         up, down = (
             rows[rows["direction"] == name].groupby("participant_id", observed=True)[
-                "matched_um_pp"
+                "matched_level"
             ]
             for name in ("ascending", "descending")
         )
         paired = stats.ttest_rel(down.mean(), up.mean())
-        assert each.direction_um_pp.p == pytest.approx(paired.pvalue)
-        assert each.direction_um_pp.mean == pytest.approx(
-            each.descending_um_pp - each.ascending_um_pp
+        assert each.direction_level.p == pytest.approx(paired.pvalue)
+        assert each.direction_level.mean == pytest.approx(
+            each.descending_level - each.ascending_level
         )
 
 
 def test_variability_is_that_within_a_person_and_direction():
     (found, _) = matching(matches(people=40, each=10, hysteresis=0.5))
-    assert found.variability_um_pp == pytest.approx(0.05, rel=0.1)
+    assert found.variability_level == pytest.approx(0.05, rel=0.1)
 
 
 def test_a_single_match_from_each_side_has_no_variability():
     (found, _) = matching(matches(each=1))
-    assert found.variability_um_pp is None
+    assert found.variability_level is None
 
 
 def test_two_participants_have_means_and_no_tests():
     (found, _) = matching(matches(people=2))
-    assert isinstance(found.bias_um_pp, NotComputed)
-    assert found.mean_um_pp > 0.8
+    assert isinstance(found.bias_level, NotComputed)
+    assert found.mean_level > 0.8
 
 
 def test_one_direction_only_leaves_the_comparison_out():
     frame = matches()
     (found, _) = matching(frame[frame["direction"] == "ascending"])
-    assert found.descending_um_pp is None
-    assert isinstance(found.direction_um_pp, NotComputed)
+    assert found.descending_level is None
+    assert isinstance(found.direction_level, NotComputed)
 
 
 def test_without_trials_it_is_said():
@@ -91,18 +91,18 @@ def test_without_trials_it_is_said():
 def with_catch_trials(frame, *reached):
     """Trials that began at 0.8 µm, and were turned to these."""
     caught = frame.head(len(reached)).assign(
-        catch=True, direction="equal", reference_um_pp=0.8, matched_um_pp=reached
+        catch=True, direction="equal", reference_level=0.8, matched_level=reached
     )
     return pd.concat([frame, caught], ignore_index=True)
 
 
 def test_catch_trials_are_no_matches_and_are_told_by_themselves():
     plain, caught = matching(matches()), matching(with_catch_trials(matches(), 0.7, 1.1))
-    assert [each.bias_um_pp for each in caught] == [each.bias_um_pp for each in plain]
+    assert [each.bias_level for each in caught] == [each.bias_level for each in plain]
     assert [each.matches for each in caught] == [each.matches for each in plain]
     assert [each.catch_trials for each in caught] == [2, 0]
-    assert caught[0].catch_error_um_pp == pytest.approx((0.1 + 0.3) / 2)
-    assert caught[1].catch_error_um_pp is None
+    assert caught[0].catch_error_level == pytest.approx((0.1 + 0.3) / 2)
+    assert caught[1].catch_error_level is None
 
 
 def test_catch_trials_alone_are_no_matches():

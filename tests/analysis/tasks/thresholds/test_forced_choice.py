@@ -41,8 +41,8 @@ def trials(
                     "method": method,
                     "trial": len(rows) + 1,
                     "catch": False,
-                    "standard_um_pp": standard,
-                    "level_um_pp": float(level),
+                    "standard_level": standard,
+                    "track_level": float(level),
                     "correct": bool(rng.random() < p),
                 }
             )
@@ -56,12 +56,12 @@ def test_the_populations_threshold_and_weber_fraction_are_recovered(method):
     truth = np.exp(rng.normal(np.log(0.1), 0.25, 8))
     people = {f"sub-{number:02d}": value for number, value in enumerate(truth)}
     (found,) = thresholds(trials(people, method=method))
-    own = np.array([each.function.threshold_um_pp.value for each in found.participants])
+    own = np.array([each.function.threshold_level.value for each in found.participants])
     error = np.log(own) - np.log(truth)
     assert abs(error.mean()) < 3 * error.std(ddof=1) / np.sqrt(8)
     assert found.population.n == 8
     assert found.weber_fraction.value == pytest.approx(
-        found.population.threshold_um_pp.value / 1.2, rel=1e-9
+        found.population.threshold_level.value / 1.2, rel=1e-9
     )
     low, high = found.weber_fraction.interval
     assert low < np.exp(np.log(truth).mean()) / 1.2 < high
@@ -69,7 +69,7 @@ def test_the_populations_threshold_and_weber_fraction_are_recovered(method):
 
 def test_catch_trials_are_counted_and_take_no_part_in_a_participants_own_fit():
     plain = trials({"sub-01": 0.1})
-    catches = plain.head(6).assign(level_um_pp=5.0, correct=[False] * 5 + [True], catch=True)
+    catches = plain.head(6).assign(track_level=5.0, correct=[False] * 5 + [True], catch=True)
     (found,) = thresholds(pd.concat([plain, catches], ignore_index=True))
     (alone,) = thresholds(plain)
     (one,), (other,) = found.participants, alone.participants
@@ -150,12 +150,12 @@ def test_two_participants_have_thresholds_and_no_population():
     (found,) = thresholds(trials({"sub-01": 0.1, "sub-02": 0.1}))
     assert isinstance(found.population, NotComputed)
     assert isinstance(found.weber_fraction, NotComputed)
-    assert found.participants[0].function.threshold_um_pp.value > 0
+    assert found.participants[0].function.threshold_level.value > 0
 
 
 def test_detection_has_no_standard_and_no_weber_fraction():
     (found,) = thresholds(trials({"sub-01": 0.1}, standard=np.nan))
-    assert found.standard_um_pp is None
+    assert found.standard_level is None
     assert "standard" in found.participants[0].weber_fraction.reason
 
 
@@ -163,7 +163,7 @@ def test_each_task_is_analysed_by_itself():
     both = [trials({"sub-01": 0.1}, task="a"), trials({"sub-01": 0.3}, task="b")]
     first, second = thresholds(pd.concat(both, ignore_index=True))
     assert (first.task, second.task) == ("a", "b")
-    a, b = (each.participants[0].function.threshold_um_pp.value for each in (first, second))
+    a, b = (each.participants[0].function.threshold_level.value for each in (first, second))
     assert a < b
 
 
@@ -173,7 +173,7 @@ def test_without_trials_it_is_said():
 
 
 def test_a_drawn_curve_reaches_what_was_observed_at_the_outermost_level():
-    rows = trials({"p": 0.1}).assign(correct=lambda frame: frame["level_um_pp"] > 0.05)
+    rows = trials({"p": 0.1}).assign(correct=lambda frame: frame["track_level"] > 0.05)
     (found,) = thresholds(rows)
     line = found.participants[0].function
     assert line.lapse > 0.005

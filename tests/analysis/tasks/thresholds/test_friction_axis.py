@@ -27,8 +27,8 @@ def comparisons(people=6, each=30, error=0.0, per_um=-0.1):
             rows.append(
                 {
                     "participant_id": f"sub-{who}", "task": "t", "method": "comparison",
-                    "catch": False, "session": "", "standard_um_pp": STANDARD,
-                    "level_um_pp": level, "correct": more,
+                    "catch": False, "session": "", "standard_level": STANDARD,
+                    "track_level": level, "correct": more,
                     "target_friction": target, "other_friction": other,
                 }
             )  # fmt: skip

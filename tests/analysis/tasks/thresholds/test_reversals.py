@@ -50,9 +50,9 @@ def test_reversals_are_averaged_by_track_then_by_participant_and_short_tracks_ar
     (only,) = found.conditions
     assert found.proportion == 0.5
     assert (only.condition, only.tracks, only.left_out) == ("", 5, 1)
-    own = {each.participant: each.mean_um_pp for each in only.people}
+    own = {each.participant: each.mean_level for each in only.people}
     assert own == pytest.approx({"a": 0.275, "b": float("nan"), "c": 0.25, "d": 0.3}, nan_ok=True)
-    assert only.mean_um_pp.value == pytest.approx(0.275)
+    assert only.mean_level.value == pytest.approx(0.275)
 
 
 def test_means_are_geometric_on_a_logarithmic_scale_and_separate_by_condition():
@@ -67,10 +67,10 @@ def test_means_are_geometric_on_a_logarithmic_scale_and_separate_by_condition():
     )
     fast, slow = reversals(main, rule("log10", "[0.30102999566]"), 2, 0.95).conditions
     assert (fast.condition, slow.condition) == ("fast", "slow")
-    assert fast.people[0].mean_um_pp == pytest.approx(0.2)
-    assert [each.mean_um_pp for each in slow.people] == pytest.approx([0.02**0.5, 0.2, 0.2])
-    assert isinstance(fast.mean_um_pp, NotComputed)  # one participant has no interval
-    assert slow.mean_um_pp.value == pytest.approx((0.02**0.5 * 0.2 * 0.2) ** (1 / 3))
+    assert fast.people[0].mean_level == pytest.approx(0.2)
+    assert [each.mean_level for each in slow.people] == pytest.approx([0.02**0.5, 0.2, 0.2])
+    assert isinstance(fast.mean_level, NotComputed)  # one participant has no interval
+    assert slow.mean_level.value == pytest.approx((0.02**0.5 * 0.2 * 0.2) ** (1 / 3))
 
 
 @pytest.mark.parametrize("tracks, last", [(None, 2), ("rule", None)])

@@ -38,7 +38,7 @@ def ready(logs):
     frame = pd.DataFrame(
         {
             "participant_id": pd.Categorical([f"p{i:02d}" for i in who.ravel()]),
-            "amplitude_um_pp": AMPLITUDES[what.ravel()],
+            "level": AMPLITUDES[what.ravel()],
             "normalised": np.exp(logs.ravel()),
             "session": "",
             "run": "1",

@@ -20,7 +20,7 @@ def test_single_participants_need_enough_trials_to_be_told_apart():
     rows = pd.DataFrame(
         {
             "participant_id": pd.Categorical(["a"] * 24 + ["b"] * 3),
-            "amplitude_um_pp": [*amplitudes, *STIMULI],
+            "level": [*amplitudes, *STIMULI],
             "log": [*(0.4 * np.log(amplitudes) + rng.normal(0, 0.02, 24)), 1.0, 2.0, 2.5],
         }
     )
@@ -66,7 +66,7 @@ def test_participants_with_other_stimuli_are_judged_as_if_alone():
     for place, (who, stimuli) in enumerate(shown.items()):
         x = np.repeat(stimuli, 10 + place)
         log = np.log(np.log(x / (0.2 * stimuli[0]))) + rng.normal(0, 0.001, len(x))
-        frames.append(pd.DataFrame({"participant_id": who, "amplitude_um_pp": x, "log": log}))
+        frames.append(pd.DataFrame({"participant_id": who, "level": x, "log": log}))
     together = individual_winners(pd.concat(frames, ignore_index=True))
     assert set(together.values()) == {"fechner"}
     assert all(individual_winners(own).items() <= together.items() for own in frames)
@@ -74,5 +74,5 @@ def test_participants_with_other_stimuli_are_judged_as_if_alone():
 
 def test_trials_that_two_functions_fit_exactly_favour_the_one_of_fewer_parameters():
     x = np.repeat([0.3, 0.5, 1.2, 2.3], 3)
-    rows = pd.DataFrame({"participant_id": "a", "amplitude_um_pp": x, "log": 0.7 * np.log(x)})
+    rows = pd.DataFrame({"participant_id": "a", "level": x, "log": 0.7 * np.log(x)})
     assert individual_winners(rows) == {"a": "power"}
