@@ -23,7 +23,7 @@ from slipscale.hardware.calibration.record import Calibration
 from slipscale.hardware.calibration.soundness import BOUNDS, implausible
 from slipscale.hardware.calibration.stored import read_calibration
 from slipscale.hardware.limits import PlateLimits
-from slipscale.stimuli.level_names import FileNames
+from slipscale.stimuli.file_names import FileNames
 from slipscale.stimuli.quantity_table import QuantityTable, stated_quantity
 
 FOLDER = "plates"  # folder of plate files that are given by name

@@ -14,13 +14,9 @@ standard_level       standard_um_pp      standard_v_peak
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Callable
 from functools import cache
-from typing import TYPE_CHECKING, Any
-
-if TYPE_CHECKING:
-    from slipscale.stimuli.quantity import Quantity
+from typing import Any, NamedTuple
 
 #: Suffix added to names used in the code that are found in a file, so that they are unknown.
 UNKNOWN = "?"
@@ -47,6 +43,16 @@ PLACES = {
 }
 
 
+class Words(NamedTuple):
+    """The parts of names that depend on the quantity."""
+
+    column: str
+    noun: str
+    nouns: str
+    unit: str
+    tolerance: str
+
+
 class Names(dict[str, str]):
     """Names that have been converted once; any other name is converted when it is looked up."""
 
@@ -60,52 +66,51 @@ class Names(dict[str, str]):
 
 
 @cache
-def in_file(quantity: Quantity) -> Names:
+def in_file(words: Words) -> Names:
     """Return the names in files with levels in a quantity, keyed by name in the code.
 
     >>> from slipscale.stimuli.quantity import PLATE_AMPLITUDE, made_by_plate
-    >>> names = in_file(PLATE_AMPLITUDE)
+    >>> names = PLATE_AMPLITUDE.in_file
     >>> names["levels"], names["interval2_level"], names["highest_level"], names["trial"]
     ('amplitudes_um_pp', 'interval2_amplitude_um_pp', 'highest_um_pp', 'trial')
-    >>> in_file(made_by_plate("acceleration", "m/s²", "RMS"))["standard_level"]
+    >>> made_by_plate("acceleration", "m/s²", "RMS").in_file["standard_level"]
     'standard_m_s2_rms'
     """
-    words = _words(quantity)
+    parts: dict[str, str] = words._asdict()
 
     def convert(name: str) -> str:
         if name in RESULTS:
-            return words[RESULTS[name]]
+            return parts[RESULTS[name]]
         for code, file in NAMES:
             if found := re.fullmatch(code.format(**PLACES), name):
-                return file.format(**words, **found.groupdict())
+                return file.format(**parts, **found.groupdict())
         return name
 
     return Names(convert)
 
 
-def path_in_file(path: str, quantity: Quantity) -> str:
+def path_in_file(path: str, names: Names) -> str:
     """Convert the names in the path to a result; ``levels`` in a path are levels of a factor.
 
     >>> from slipscale.stimuli.quantity import PLATE_AMPLITUDE
-    >>> path_in_file("matching.bias_level.mean", PLATE_AMPLITUDE)
+    >>> path_in_file("matching.bias_level.mean", PLATE_AMPLITUDE.in_file)
     'matching.bias_um_pp.mean'
     """
-    names = in_file(quantity)
     return ".".join(part if part == "levels" else names[part] for part in path.split("."))
 
 
 @cache
-def in_code(quantity: Quantity) -> Names:
+def in_code(words: Words) -> Names:
     """Return the names in the code, keyed by name in files with levels in a quantity.
 
     >>> from slipscale.stimuli.quantity import PLATE_AMPLITUDE
-    >>> names = in_code(PLATE_AMPLITUDE)
+    >>> names = PLATE_AMPLITUDE.in_code
     >>> names["standard_um_pp"], names["amplitude_before_um_pp"], names["levels"], names["trial"]
     ('standard_level', 'level_before', 'levels?', 'trial')
     """
-    escaped = {name: re.escape(word) for name, word in _words(quantity).items()}
+    escaped = {name: re.escape(word) for name, word in words._asdict().items()}
     patterns = [(re.compile(file.format(**PLACES, **escaped)), code) for code, file in NAMES]
-    names = in_file(quantity)
+    names = in_file(words)
 
     def convert(name: str) -> str:
         for pattern, code in patterns:
@@ -114,18 +119,6 @@ def in_code(quantity: Quantity) -> Names:
         return name if names[name] == name else name + UNKNOWN
 
     return Names(convert)
-
-
-def _words(quantity: Quantity) -> dict[str, str]:
-    """Return the parts of names that depend on the quantity."""
-    unit = quantity.suffix or quantity.column
-    return {
-        "column": quantity.column,
-        "noun": quantity.noun,
-        "nouns": quantity.nouns,
-        "unit": unit,
-        "tolerance": "um" if quantity.of_plate else unit,
-    }
 
 
 def is_level(name: str) -> bool:
@@ -144,70 +137,3 @@ def renamed(data: Any, name: Callable[[str], str]) -> Any:
     if isinstance(data, list | tuple) and data and not isinstance(data[0], float | int | str):
         return [renamed(each, name) for each in data]
     return data
-
-
-@dataclass(frozen=True, slots=True)
-class FileNames:
-    """Converter between field names and the keys used in files with levels in ``quantity``.
-
-    Parameters
-    ----------
-    quantity : Quantity
-    fields : frozenset of str
-        Fields that contain levels.
-    tables : frozenset of str
-        Tables whose keys are converted, in addition to the keys at the top level.
-    other : Mapping
-        Quantities of tables whose levels are not in the study's quantity, keyed by table.
-    """
-
-    quantity: Quantity
-    fields: frozenset[str]
-    tables: frozenset[str]
-    other: Mapping[str, Quantity] = field(default_factory=dict)
-
-    def in_file(self, place: tuple[int | str, ...]) -> tuple[int | str, ...]:
-        """Replace the field names in the position of an error with the keys used in the file."""
-        top = place[0] if place else ""
-        keys = len(place) if top in self.tables else 1
-        quantity = self.quantity_in(top)
-        return (
-            *(
-                self._key(part, quantity) if isinstance(part, str) else part
-                for part in place[:keys]
-            ),
-            *place[keys:],
-        )
-
-    def to_code(self, table: dict[str, Any]) -> dict[str, Any]:
-        """Replace the keys of a file with the field names of the model."""
-
-        def naming(quantity: Quantity) -> Callable[[str], str]:
-            # In files, names with a unit are valid keys, and field names are not.
-            field_of = {field: field + UNKNOWN for field in self.fields}
-            field_of |= {self._key(field, quantity): field for field in self.fields}
-            return lambda key: field_of.get(key, key)
-
-        return self._converted(table, naming)
-
-    def to_file(self, table: dict[str, object]) -> dict[str, object]:
-        """Replace field names with the keys used in the file."""
-        return self._converted(table, lambda quantity: lambda key: self._key(key, quantity))
-
-    def _converted(
-        self, table: dict[str, object], naming: Callable[[Quantity], Callable[[str], str]]
-    ) -> dict[str, object]:
-        name = naming(self.quantity)
-        return {
-            name(key): renamed(value, naming(self.quantity_in(key)))
-            if key in self.tables
-            else value
-            for key, value in table.items()
-        }
-
-    def quantity_in(self, table: int | str) -> Quantity:
-        """Return the quantity used for levels in a table or in a top-level key."""
-        return self.other.get(str(table), self.quantity)
-
-    def _key(self, field: str, quantity: Quantity) -> str:
-        return in_file(quantity)[field] if field in self.fields else field.removesuffix(UNKNOWN)

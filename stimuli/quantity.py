@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from slipscale.stimuli.attributes import SLIPPERINESS, english_adjective
-from slipscale.stimuli.level_names import in_file
+from slipscale.stimuli.level_names import Names, Words, in_code, in_file
 from slipscale.stimuli.yes_no_words import STEPS, YesNoWords
 
 if TYPE_CHECKING:
@@ -212,17 +212,33 @@ class Quantity:
         unit = self.unit or f"unit of {self.name}"
         return f"per {unit} ({self.convention})" if self.convention else f"per {unit}"
 
+    @property
+    def _words(self) -> Words:
+        unit = self.suffix or self.column
+        tolerance = "um" if self.of_plate else unit
+        return Words(self.column, self.noun, self.nouns, unit, tolerance)
+
+    @property
+    def in_file(self) -> Names:
+        """Names in files, keyed by name in the code."""
+        return in_file(self._words)
+
+    @property
+    def in_code(self) -> Names:
+        """Names in the code, keyed by name in files; names of the code are unknown in files."""
+        return in_code(self._words)
+
     def named(self, name: str) -> str:
         """Convert a name in the code to the name in files whose levels are in this quantity.
 
         >>> PLATE_AMPLITUDE.named("standard_level")
         'standard_um_pp'
         """
-        return in_file(self)[name]
+        return self.in_file[name]
 
     def columns(self, table: pd.DataFrame) -> pd.DataFrame:
         """Return the table with its columns renamed for a file in this quantity."""
-        names = in_file(self)
+        names = self.in_file
         return table.rename(columns=lambda name: names[str(name)])
 
     def with_convention(self, levels: str) -> str:

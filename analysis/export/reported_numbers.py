@@ -42,7 +42,9 @@ def reported_numbers(analysis: Analysis) -> pd.DataFrame:
     quantity = analysis.dataset.quantity
     found = [
         (
-            path_in_file(LEVEL.sub("ci", UNIT.sub("", PER_UNIT.sub("per_unit", name))), quantity),
+            path_in_file(
+                LEVEL.sub("ci", UNIT.sub("", PER_UNIT.sub("per_unit", name))), quantity.in_file
+            ),
             value,
         )
         for name, value in _numbers({**inference, **json_form.record(parts)})

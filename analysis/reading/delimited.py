@@ -27,7 +27,7 @@ from slipscale.experiments.journal.serialisation import QUANTITY
 from slipscale.faults import UserError
 from slipscale.faults.toml_lines import Lines as TomlLines
 from slipscale.faults.validation import faults_in, sentences
-from slipscale.stimuli.level_names import UNKNOWN, Names, in_code, in_file
+from slipscale.stimuli.level_names import UNKNOWN, Names
 from slipscale.stimuli.quantity import PLATE_AMPLITUDE, Quantity
 from slipscale.stimuli.quantity_table import QuantityTable
 
@@ -166,7 +166,7 @@ def read_tables(
         in_names, in_files = Names(str), Names(str)
         if not foreign:
             quantity = quantity_of(path)
-            in_names, in_files = in_code(quantity), in_file(quantity)
+            in_names, in_files = quantity.in_code, quantity.in_file
         if lines.names not in checked:
             check_names(lines.names, path, [in_files[name] for name in required])
             checked.add(lines.names)

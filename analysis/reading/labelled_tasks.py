@@ -28,7 +28,6 @@ from slipscale.analysis.reading.dialect import decoded
 from slipscale.analysis.reading.trial_tables import set_aside
 from slipscale.experiments.dataset.schema import PARTICIPANT
 from slipscale.faults.toml_file import toml_table
-from slipscale.stimuli.level_names import in_code
 
 Entry = tuple[Path, re.Match[str]]
 Entries = Sequence[Entry]
@@ -106,7 +105,7 @@ def header_of(path: Path, *, foreign: bool = False) -> frozenset[str]:
         names = next(csv.reader(stream, delimiter="\t"), [])
     if foreign:
         return frozenset(names)
-    in_names = in_code(quantity_of(path))
+    in_names = quantity_of(path).in_code
     return frozenset(in_names[name] for name in names)
 
 

@@ -23,7 +23,6 @@ from slipscale.experiments.dataset.schema import (
 )
 from slipscale.experiments.protocol_parts.base import Column, Protocol
 from slipscale.experiments.protocols import descending_difference, magnitude_estimation
-from slipscale.stimuli.level_names import in_code
 from slipscale.stimuli.quantity import PLATE_AMPLITUDE
 
 #: Columns that identify a run. Participant, session and run are read from file names in a data set,
@@ -72,7 +71,7 @@ def trial_table(
     LookupError
         If the schema declares no such column.
     """
-    in_names = in_code(PLATE_AMPLITUDE)
+    in_names = PLATE_AMPLITUDE.in_code
     declared = {in_names[name]: column for name, column in columns(protocol, MEASURED).items()}
     unknown = [name for name in (*required, *optional) if name not in declared]
     if unknown:

@@ -19,7 +19,6 @@ from slipscale.experiments.journal.serialisation import dialect
 from slipscale.experiments.protocol_parts.base import ORDER_VERSION
 from slipscale.experiments.study.file import study_hash
 from slipscale.experiments.study.run_plan import RunPlan, journal_path
-from slipscale.stimuli.level_names import in_code
 
 
 def header_from_tables(dataset: Path, journal: Path) -> tuple[RunPlan, Record] | None:
@@ -55,7 +54,7 @@ def _sidecars(dataset: Path, journal: Path) -> Iterator[dict[str, object]]:
             continue
         # Sidecars do not contain the order version, but only one version exists so far.
         orders = {"order_version": ORDER_VERSION}
-        entry = dialect(entry, in_code)(entry)
+        entry = dialect(entry, lambda quantity: quantity.in_code)(entry)
         yield {**entry, **labels, **orders, "study_name": name, "study_text": text}
 
 

@@ -36,7 +36,6 @@ from slipscale.experiments.journal.plan_and_progress import software
 from slipscale.experiments.journal.serialisation import dialect
 from slipscale.experiments.steps.questions import CONSENT
 from slipscale.experiments.study.file import study_hash
-from slipscale.stimuli.level_names import in_file
 
 if TYPE_CHECKING:
     from slipscale.experiments.dataset.files import Content
@@ -194,7 +193,10 @@ def _run_files(
     ]
     yield (
         path.with_suffix(".json"),
-        {SIDECAR: dialect(first, in_file)(notes) | ({"notes": remarks} if remarks else {})},
+        {
+            SIDECAR: dialect(first, lambda quantity: quantity.in_file)(notes)
+            | ({"notes": remarks} if remarks else {})
+        },
     )
     for kind, content, told in series_of(records, protocol.task):
         name = f"{path.name.removesuffix('_beh')}_recording-{kind}_physio"

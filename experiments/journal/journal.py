@@ -42,7 +42,6 @@ from slipscale.experiments.journal.record import Record, encode, sealed
 from slipscale.experiments.journal.serialisation import dialect
 from slipscale.faults import UserError
 from slipscale.hardware.clock import Clock
-from slipscale.stimuli.level_names import in_file
 
 # Permissions of a new file: readable by its owner only, or determined by the system's umask.
 OWNER_ONLY, AS_USUAL = 0o600, 0o666
@@ -198,7 +197,9 @@ class Journal:
     def in_file(self, data: dict[str, Any]) -> dict[str, Any]:
         """Rename the keys of a record's data as in the file, whose header states the quantity."""
         if self._in_file is None:
-            self._in_file = dialect(self.records[0].data if self.records else data, in_file)
+            self._in_file = dialect(
+                self.records[0].data if self.records else data, lambda quantity: quantity.in_file
+            )
         return cast("dict[str, Any]", self._in_file(data))
 
     def wait_for(self, records: int) -> None:

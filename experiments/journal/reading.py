@@ -25,7 +25,6 @@ from typing import Any, NamedTuple
 from slipscale.experiments.journal.record import FORMAT, Record, decode, follows
 from slipscale.experiments.journal.serialisation import dialect
 from slipscale.faults import UserError
-from slipscale.stimuli.level_names import in_code
 
 # Kind of the placeholder record for one or more unusable records.
 DAMAGED = "damaged"
@@ -129,7 +128,7 @@ def read_whole(
     reading.damage.sort(key=lambda damage: damage.line)
     if reading.records and reading.records[0].kind == "header":
         header = reading.records[0].data
-    named = dialect(header or {}, in_code)
+    named = dialect(header or {}, lambda quantity: quantity.in_code)
     reading.records = [replace(each, data=named(each.data)) for each in reading.records]
     return reading
 

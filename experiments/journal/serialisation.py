@@ -98,7 +98,7 @@ def dialect(header: Mapping[str, Any], names: Callable[[Quantity], Names]) -> Ca
         Data of the journal's first record, which state the quantity of the levels and, if they are
         a parameter of the stimuli, the quantity that the plate produces.
     names : callable
-        `slipscale.stimuli.level_names.in_file` or `slipscale.stimuli.level_names.in_code`.
+        Returns the names of a quantity, `Quantity.in_file` or `Quantity.in_code`.
     """
     levels = _stated(header.get(QUANTITY), PLATE_AMPLITUDE)
     plate = _stated(header.get(PLATE_QUANTITY), levels)

@@ -20,7 +20,7 @@ from slipscale.experiments.protocol_parts.ordering.randomisation import Stream
 from slipscale.experiments.protocol_parts.ordering.williams import Place
 from slipscale.faults import UserError
 from slipscale.faults.frozen_table import FrozenTable, setting
-from slipscale.stimuli.level_names import in_code, is_level
+from slipscale.stimuli.level_names import is_level
 from slipscale.stimuli.quantity import PLATE_AMPLITUDE, Quantity
 from slipscale.stimuli.surface import UNLISTED, Stimulus, VirtualSurface
 
@@ -365,7 +365,7 @@ class Protocol:
             (len(set(own)) < len(own), "each column must be declared once"),
             (
                 any(
-                    in_code(PLATE_AMPLITUDE)[name] != name and not is_level(name)
+                    PLATE_AMPLITUDE.in_code[name] != name and not is_level(name)
                     for name in (*names, *self.options.model_fields)
                 ),
                 "a level's name must end in _level",

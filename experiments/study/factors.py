@@ -32,7 +32,6 @@ from slipscale.faults import UserError
 from slipscale.faults.frozen_table import FrozenTable, setting
 from slipscale.faults.toml_lines import Place
 from slipscale.faults.validation import Fault
-from slipscale.stimuli.level_names import in_code
 from slipscale.stimuli.parameters import field_of
 from slipscale.stimuli.quantity import Quantity
 from slipscale.stimuli.textures import PARAMETERS
@@ -271,7 +270,7 @@ def _column(
     if second and factor.name == second.factor:
         quantity = second.quantity.quantity
     words = [each for each in factor.levels if isinstance(each, str)]
-    read_as = in_code(levels)[factor.name]  # in trials that were read from a journal
+    read_as = levels.in_code[factor.name]  # in trials that were read from a journal
     return Column(
         value=lambda record: next(
             record.trial.factors[name]

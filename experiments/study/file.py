@@ -23,7 +23,8 @@ from slipscale.experiments.study.tables import PlateSettings, StimulusTable, Tex
 from slipscale.faults import UserError
 from slipscale.faults.suggestions import did_you_mean
 from slipscale.faults.toml_file import parse_toml
-from slipscale.stimuli.level_names import FileNames, is_level
+from slipscale.stimuli.file_names import FileNames
+from slipscale.stimuli.level_names import is_level
 from slipscale.stimuli.parameters import field_of
 from slipscale.stimuli.quantity_table import stated_quantity
 from slipscale.stimuli.textures import PARAMETERS

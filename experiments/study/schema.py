@@ -17,7 +17,7 @@ from slipscale.experiments.protocol_parts.base import Options
 from slipscale.experiments.protocol_parts.registry import load_protocol, protocol_names
 from slipscale.experiments.study.factors import Factor
 from slipscale.experiments.study.model import Study
-from slipscale.stimuli.level_names import Names, in_file
+from slipscale.stimuli.level_names import Names
 from slipscale.stimuli.quantity import PLATE_AMPLITUDE
 from slipscale.stimuli.textures import PARAMETERS
 
@@ -70,7 +70,7 @@ def study_schema() -> Schema:
     own = tables.get(Factor.__name__)
     for table in (root, *tables.values()):
         given = table.get("properties", {})
-        names = Names(str) if table is own else in_file(PLATE_AMPLITUDE)
+        names = Names(str) if table is own else PLATE_AMPLITUDE.in_file
         named = {names[key]: value for key, value in given.items()}
         table["properties"] = {key: _in_toml(key, value) for key, value in named.items()}
         if "required" in table:

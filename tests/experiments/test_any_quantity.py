@@ -13,7 +13,7 @@ from slipscale.analysis.pipeline import analyse
 from slipscale.analysis.tasks.thresholds.reading import COMPARISON, told_choices
 from slipscale.experiments.study.file import parse_study
 from slipscale.faults import UserError
-from slipscale.stimuli.level_names import NAMES, in_code, in_file
+from slipscale.stimuli.level_names import NAMES
 from slipscale.stimuli.quantity import PLATE_AMPLITUDE, made_by_plate
 
 VOLTS = """
@@ -221,7 +221,7 @@ def test_every_name_in_the_code_has_one_name_in_a_file_and_back(quantity):
     parts = {"interval": "interval2_", "when": "_before", "end": "", "what": "standard"}
     for pattern, _ in NAMES:
         name = pattern.format(**parts, several="comparison")
-        assert in_code(quantity)[in_file(quantity)[name]] == name
+        assert quantity.in_code[quantity.in_file[name]] == name
     assert quantity.named("level_readback") == quantity.column.replace("_", "_readback_", 1)
 
 

@@ -77,7 +77,7 @@ def write_distribution(folder: Path, found: Distribution) -> Path:
 
 def _tables(found: Distribution) -> dict[str, pd.DataFrame]:
     """Return tables of spreads, proportions and all studies' results, keyed by file name."""
-    named = partial(path_in_file, quantity=found.quantity)
+    named = partial(path_in_file, names=found.quantity.in_file)
     return {
         "numbers": pd.DataFrame(
             [(named(s.name), s.studies, s.median, s.p5, s.p95) for s in found.numbers],
@@ -102,7 +102,7 @@ def _tables(found: Distribution) -> dict[str, pd.DataFrame]:
 
 def _record(found: Distribution) -> dict[str, object]:
     """Return the content of distribution.json."""
-    named = partial(path_in_file, quantity=found.quantity)
+    named = partial(path_in_file, names=found.quantity.in_file)
     return {
         "study": found.study,
         "participants": found.participants,
@@ -163,7 +163,11 @@ def _sections(found: Distribution, figures: dict[str, Figure]) -> list[html.Repo
             )
         )
         other.blocks.append(_spreads([(w, *values(s)) for s, w in found.headlines], "Main"))
-    rows = [(path_in_file(s.name, found.quantity), *values(s)) for s in found.numbers if s.varies]
+    rows = [
+        (path_in_file(s.name, found.quantity.in_file), *values(s))
+        for s in found.numbers
+        if s.varies
+    ]
     other.blocks.append(html.details(f"All {len(rows)} numbers", [_spreads(rows, "All")]))
     return [s for s in (table, _conclusions(found), other) if s.blocks]
 

@@ -18,7 +18,7 @@ from slipscale.experiments.study.file import file_names
 from slipscale.experiments.study.schema import UNITS, Schema, study_schema
 from slipscale.faults.toml_lines import Place
 from slipscale.faults.validation import Told, place_in_words
-from slipscale.stimuli.level_names import in_code, is_level
+from slipscale.stimuli.level_names import is_level
 from slipscale.stimuli.quantity import PLATE_AMPLITUDE, Quantity
 
 IN_UM = UNITS["_um_pp"]
@@ -173,7 +173,7 @@ class StudyForm:
         needed = schema.get("required", ())
         for declared, inner in schema.get("properties", {}).items():
             key = declared
-            if is_level(name := in_code(PLATE_AMPLITUDE)[declared]):
+            if is_level(name := PLATE_AMPLITUDE.in_code[declared]):
                 key = self._quantity((*place, declared)).named(name)
             here, value = (*place, key), content.get(key)
             found = _definition(inner)
