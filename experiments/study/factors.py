@@ -124,7 +124,7 @@ def uncrossable(place: Place, factor: Factor, study: Mapping[str, Any]) -> Itera
     field = field_of(factor.name, levels.made, PARAMETERS)
     if len(set(factor.levels)) < len(factor.levels):
         yield (*place, "levels"), {"msg": "expected different values"}
-    if factor.name in TAKEN:
+    if factor.name in TAKEN or levels.made.in_file[factor.name] != factor.name:
         yield (*place, "name"), {"msg": f"'{factor.name}' is already a column of every task"}
     if field and field == levels.vary:
         yield (*place, "name"), {"msg": f"{factor.name} is already varied"}

@@ -175,6 +175,7 @@ def test_over_participants_each_condition_follows_each_other_equally_often(cross
     [
         ('"left", "right"]', '"left", "left"]', "expected different values"),
         ('name = "direction"', 'name = "phase"', "'phase' is already a column of every task"),
+        ('name = "direction"', 'name = "level"', "'level' is already a column of every task"),
         (
             'name = "direction"',
             'name = "catch"',
