@@ -22,7 +22,9 @@ from typing import Any, NamedTuple
 UNKNOWN = "?"
 #: Names in the code and in files. The first match applies. For placeholders, see `PLACES`.
 NAMES = (
-    ("drive_voltage_v_peak", "drive_voltage_v_peak"),  # never a level, even in a study in V peak
+    # Never levels: the drive, even in a study in V peak, and the loudness of masking noise.
+    ("drive_voltage_v_peak", "drive_voltage_v_peak"),
+    ("noise_level", "noise_level"),
     ("{interval}level", "{interval}{column}"),
     ("{interval}level{when}", "{interval}{noun}{when}_{unit}"),
     ("levels", "{nouns}_{unit}"),

@@ -100,7 +100,7 @@ def test_in_a_notebook_an_analysis_shows_table_3_and_the_figure(analysis):
 
 def test_a_title_with_markup_is_shown_as_text(analysis, tmp_path):
     table = tmp_path / "<b>.csv"
-    analysis.estimates.to_csv(table, index=False)
+    analysis.dataset.quantity.columns(analysis.estimates).to_csv(table, index=False)
     shown = slipscale.analyse(table)._repr_html_()
     assert "&lt;b&gt;" in shown
     assert "<b><b>" not in shown

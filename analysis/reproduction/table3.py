@@ -27,7 +27,7 @@ def allowed() -> Analysis:
 def cell(row: biet2007.TableRow, statistic: str, *, figure: bool = False) -> Outcome:
     """Compare one cell of Table III, or the corresponding point in Fig. 15."""
     table = allowed().table3
-    here = table["amplitude_um_pp"] == float(row.amplitude_um_pp)
+    here = table["level"] == float(row.amplitude_um_pp)
     return Outcome(
         published=getattr(row, statistic),
         ours=float(table.loc[here, statistic].iloc[0]),

@@ -11,10 +11,13 @@ from dataclasses import fields, is_dataclass
 from functools import cache, partial
 from typing import Any
 
+from slipscale.experiments.steps import questions, replies, steps, trial
 from slipscale.experiments.steps.replies import Adjusted, Answer, Presented, Reply, Voided
 from slipscale.experiments.steps.steps import Step
 from slipscale.experiments.steps.trial import Trial
-from slipscale.stimuli.level_names import Names
+from slipscale.hardware.contact.source import QUANTITIES
+from slipscale.stimuli import modulation, textures
+from slipscale.stimuli.level_names import Names, is_level
 from slipscale.stimuli.quantity import PLATE_AMPLITUDE, Quantity
 from slipscale.stimuli.quantity_table import QuantityTable
 from slipscale.stimuli.surface import Stimulus, VirtualSurface
@@ -102,7 +105,26 @@ def dialect(header: Mapping[str, Any], names: Callable[[Quantity], Names]) -> Ca
     """
     levels = _stated(header.get(QUANTITY), PLATE_AMPLITUDE)
     plate = _stated(header.get(PLATE_QUANTITY), levels)
-    return partial(_renamed, levels=names(levels), plate=names(plate))
+    return partial(_renamed, levels=_of_levels(names(levels)), plate=_of_levels(names(plate)))
+
+
+def _of_levels(names: Names) -> Names:
+    """Return names, except those of times and places, which levels in s or mm resemble."""
+    return Names(lambda name: name if name in _no_levels() else names[name])
+
+
+@cache
+def _no_levels() -> frozenset[str]:
+    """Return all names of fields in records that are not levels, and have a unit."""
+    kinds = (
+        each
+        for module in (modulation, questions, replies, steps, textures, trial)
+        for each in vars(module).values()
+        if is_dataclass(each)
+    )
+    names = {each.name for kind in kinds for each in fields(kind)}
+    names |= {"begun_s", "times_s"}.union(*QUANTITIES.values())
+    return frozenset(name for name in names if not is_level(name))
 
 
 def _stated(table: object, default: Quantity) -> Quantity:

@@ -101,7 +101,7 @@ def test_a_table_with_slipscales_columns_has_a_decimal_mark_a_sheet_and_rows(
     options += ["--only", "participant_id=a", "--only", "participant_id=b", "--map", "--json"]
     assert commands.main(["analyse", str(path), *options]) == 0
     told = capsys.readouterr().out
-    found = [(row["level"], row["n"]) for row in json.loads(told)]
+    found = [(row["amplitude_um_pp"], row["n"]) for row in json.loads(told)]
     assert found == [(1.125, 2), (2.25, 2)]
     # The top of the scale is read, although no option names its column.
     assert load(path).estimates["scale_top"].tolist() == [10000] * 4

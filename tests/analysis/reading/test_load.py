@@ -58,7 +58,7 @@ def test_bulk_reading_gives_what_pandas_gives_file_by_file(dataset):
         [pd.read_csv(p, sep="\t", na_values=["n/a"]) for p in paths], ignore_index=True
     )
     assert [paths[i] for i in ours["file"].unique()] == paths
-    for column in ("trial", "level", "estimate", "scale_top"):
+    for column in ("trial", "amplitude_um_pp", "estimate", "scale_top"):
         pd.testing.assert_series_equal(ours[column], theirs[column], check_dtype=False)
     assert list(ours["line"][:8]) == list(range(2, 10))
 

@@ -137,8 +137,8 @@ def named_like_ours(tmp_path_factory):
     table = {"columns": columns, "stimulus": {"unit": "µPa"}}
     result = OwnResult(
         sentences=("The amplitude of a surface is 3 µm.",),
-        numbers={"friction": 0.4, "level": 3.0},
-        table=pd.DataFrame({"level": [3.0]}),
+        numbers={"friction": 0.4, "amplitude_um_pp": 3.0},
+        table=pd.DataFrame({"amplitude_um_pp": [3.0]}),
     )
     kind = own_analysis("amplitude", title="Friction of a surface", run=lambda _: result)
     with pytest.MonkeyPatch.context() as patch:
@@ -165,7 +165,7 @@ def test_a_group_keeps_its_name(named_like_ours):
 def test_an_outside_analysis_keeps_its_words_numbers_and_columns(named_like_ours):
     inference = json.loads((named_like_ours / "inference.json").read_text(encoding="utf-8"))
     outside = inference["own_amplitude"]
-    assert outside["numbers"] == {"friction": 0.4, "level": 3.0}
+    assert outside["numbers"] == {"friction": 0.4, "amplitude_um_pp": 3.0}
     assert outside["sentences"] == ["The amplitude of a surface is 3 µm."]
     assert list(pd.read_csv(named_like_ours / "own_amplitude.csv")) == ["amplitude_um_pp"]
     report = (named_like_ours / "report.html").read_text(encoding="utf-8")

@@ -46,7 +46,7 @@ def test_the_attribute_is_in_prompts_columns_and_titles(plan):
     described = columns(estimation, quantity=quantity)
     assert described["estimate"].description.startswith("Magnitude estimate of roughness")
     assert "amplitude_um_pp" in described
-    assert run.study.quantity_notes("quantity")["quantity"]["judged"] == "roughness"
+    assert run.study.quantity_notes()["quantity"]["judged"] == "roughness"
 
 
 def test_words_of_an_attribute_that_is_not_listed_are_the_studys(plan):
@@ -130,7 +130,7 @@ def test_where_the_attribute_falls_questions_seek_less_and_people_answer_so(plan
     assert all(3.0 < level < 5.4 for level in matched)
     assert reports
     assert all("more rough" in each for each in reports)  # levels go down
-    assert run.study.quantity_notes("quantity")["quantity"]["falls"] is True
+    assert run.study.quantity_notes()["quantity"]["falls"] is True
     assert run.study.quantity.more == "less rough"
 
 

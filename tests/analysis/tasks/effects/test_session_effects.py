@@ -42,9 +42,9 @@ def found(analysis):
     return analysis.inference.sessions
 
 
-@pytest.mark.parametrize("effect", ["session", "of_level", "interaction"])
+@pytest.mark.parametrize("effect", ["session", "amplitude", "interaction"])
 def test_the_analysis_of_variance_is_r_s(found, effect):
-    ours = getattr(found.anova, effect)
+    ours = getattr(found.anova, "of_level" if effect == "amplitude" else effect)
     for name in ("F", "df1", "df2", "p"):
         assert getattr(ours, name) == pytest.approx(R[effect][name], rel=1e-8), name
 
