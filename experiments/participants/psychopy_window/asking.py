@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import replace
-from typing import TYPE_CHECKING, assert_never
+from typing import TYPE_CHECKING
 
 from slipscale.experiments.participants.psychopy_window import entry, scene, touch
 from slipscale.experiments.participants.psychopy_window.entry import ERASE
@@ -15,9 +15,7 @@ from slipscale.experiments.steps.questions import (
     ChoiceQuestion,
     ComparisonQuestion,
     NumberQuestion,
-    PointingQuestion,
     TextQuestion,
-    VisualAnalogueQuestion,
     WholeNumberQuestion,
     YesNoQuestion,
 )
@@ -64,10 +62,8 @@ class Asking(Unmoved):
             case ComparisonQuestion():
                 self._compared = question.options
                 self._body, self._hint = self._comparison, texts["window.choose_key"]
-            case VisualAnalogueQuestion() | PointingQuestion():
-                raise TypeError("this question uses a separate screen")
             case _:
-                assert_never(question)
+                raise TypeError(f"no answer field for {type(question).__name__}")
 
     def scene(self, elapsed_s: float) -> Scene:
         """Return the question, the entry and, after a rejected entry, the reason."""

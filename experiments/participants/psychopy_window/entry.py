@@ -12,17 +12,15 @@ import unicodedata
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from decimal import Decimal
-from typing import Protocol, TypeGuard, assert_never
+from typing import Protocol, TypeGuard
 
 from slipscale.experiments.languages.texts import NUMBER_KEYS
 from slipscale.experiments.steps.questions import (
     ChoiceQuestion,
     ComparisonQuestion,
     NumberQuestion,
-    PointingQuestion,
     Question,
     TextQuestion,
-    VisualAnalogueQuestion,
     WholeNumberQuestion,
     YesNoQuestion,
 )
@@ -296,11 +294,9 @@ def entry_for(question: Question, texts: Mapping[str, str]) -> Entry:
         return ListEntry(tuple(code for code, _ in question.options))
     if isinstance(question, ChoiceQuestion | ComparisonQuestion):
         return KeyEntry(choice_keys(question))
-    if isinstance(question, VisualAnalogueQuestion | PointingQuestion):
-        raise TypeError("this question has no answer field, because it uses a separate screen")
     if isinstance(question, NumberQuestion | WholeNumberQuestion | TextQuestion):
         return TypedEntry(question)
-    assert_never(question)
+    raise TypeError(f"no answer field for {type(question).__name__}")
 
 
 def is_long(question: Question) -> TypeGuard[ChoiceQuestion]:

@@ -13,7 +13,6 @@ from slipscale.experiments.participants.psychopy_window.screen_texts import (
     naming_key,
     remaining,
 )
-from slipscale.experiments.steps.questions import NumberQuestion, WholeNumberQuestion
 from slipscale.experiments.steps.replies import FEEL_AGAIN, Reply
 
 if TYPE_CHECKING:
@@ -199,8 +198,7 @@ class Listening(Waiting):
     def __init__(self, step: Ask, texts: Texts) -> None:
         super().__init__(texts, maximum_s=step.time_limit_s)
         self._texts = texts
-        said = isinstance(step.question, NumberQuestion | WholeNumberQuestion)
-        self._prompt = step.question.prompt.strip() if said else ""
+        self._prompt = step.question.prompt.strip() if step.question.SPOKEN else ""
 
     def scene(self, elapsed_s: float) -> Scene:
         """Return the question and a request to answer aloud. Operator decisions are not shown."""
