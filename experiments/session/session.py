@@ -23,6 +23,7 @@ from slipscale.experiments.session.markers import Event, Markers
 from slipscale.experiments.session.masking_noise import Noise, NoNoise
 from slipscale.experiments.session.measured_contact import Contact
 from slipscale.experiments.session.operator_answers import OperatorAnswers
+from slipscale.experiments.session.parts import Parts
 from slipscale.experiments.session.passive_exploration import moved, stage_of
 from slipscale.experiments.session.progress import Progress
 from slipscale.experiments.session.question_sounds import NoSounds, Sounds
@@ -144,52 +145,32 @@ class Session:
         )
         journal.tell = self._progress.warn
         operator_answers = OperatorAnswers(self._progress, clock)
-        self._interruptions = Interruptions(
-            plate=plate,
+        parts = Parts(
             surface=self._surface,
             participant=participant,
             journal=journal,
             clock=clock,
-            operator=operator,
             noise=self._noise,
-            progress=self._progress,
             markers=self._markers,
+            progress=self._progress,
+        )
+        self._interruptions = Interruptions(
+            parts=parts,
+            plate=plate,
+            operator=operator,
             answers=operator_answers,
             hold_text=texts["session.hold"],
         )
-        self._presenting = Presenting(
-            surface=self._surface,
-            journal=journal,
-            clock=clock,
-            noise=self._noise,
-            markers=self._markers,
-            progress=self._progress,
-            tracking=tracking,
-        )
+        self._presenting = Presenting(parts=parts, tracking=tracking)
         self._asking = Asking(
-            surface=self._surface,
-            participant=participant,
-            journal=journal,
-            clock=clock,
-            noise=self._noise,
+            parts=parts,
             sounds=sounds or NoSounds("this session has no sound output"),
-            markers=self._markers,
-            progress=self._progress,
             contact=self._contact,
             interruptions=self._interruptions,
             operator_answers=operator_answers,
             wait=self._wait,
         )
-        self._adjusting = Adjusting(
-            surface=self._surface,
-            participant=participant,
-            journal=journal,
-            clock=clock,
-            markers=self._markers,
-            progress=self._progress,
-            watch=self._interruptions.watch,
-            wait=self._wait,
-        )
+        self._adjusting = Adjusting(parts=parts, watch=self._interruptions.watch, wait=self._wait)
         self._answered = len(journal.records)  # number of records up to the last answer
         self._actions: Mapping[type, Callable[[Any], Answer]] = {
             Instruct: self._show,
