@@ -6,22 +6,11 @@ function has access only to a `SimulatedPerson`, not to the protocol's plan or t
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from typing import Any, Protocol
 
 from slipscale.experiments.protocol_parts.ordering.randomisation import Stream
-from slipscale.experiments.steps.questions import (
-    ChoiceQuestion,
-    ComparisonQuestion,
-    NumberQuestion,
-    PointingQuestion,
-    Selection,
-    TextQuestion,
-    VisualAnalogueQuestion,
-    WholeNumberQuestion,
-    YesNoQuestion,
-)
+from slipscale.experiments.steps.questions import ComparisonQuestion
 from slipscale.experiments.steps.replies import FEEL_AGAIN
 from slipscale.experiments.steps.steps import Adjust, Ask
 from slipscale.experiments.steps.trial import Value
@@ -177,53 +166,15 @@ def until_number(step: Adjust, person: SimulatedPerson) -> int:
     return 1 if up else -1
 
 
-def _number(_question: object, value: object) -> bool:
-    real = isinstance(value, int | float) and not isinstance(value, bool)
-    return real and math.isfinite(float(str(value))) and float(str(value)) >= 0
-
-
 def _notches(step: Adjust, value: object) -> bool:
     whole = isinstance(value, int) and not isinstance(value, bool)
     return whole or (step.again is not None and value == FEEL_AGAIN)
 
 
-#: A test for valid answers and their description, keyed by type of question.
-ANSWERS: Mapping[type, tuple[Callable[[Any, Any], bool], str]] = {
-    NumberQuestion: (_number, "a number of 0 or more"),
-    WholeNumberQuestion: (
-        lambda question, value: (
-            _number(question, value) and value in range(question.minimum, question.maximum + 1)
-        ),
-        "a whole number within the question's bounds",
-    ),
-    YesNoQuestion: (lambda _, value: isinstance(value, bool), "true or false"),
-    TextQuestion: (lambda _, value: isinstance(value, str), "a text"),
-    ChoiceQuestion: (
-        lambda question, value: value in [code for code, _ in question.options],
-        "the code of one of the options",
-    ),
-    ComparisonQuestion: (
-        lambda question, value: value in range(1, len(question.options) + 1),
-        "the number of an interval",
-    ),
-    VisualAnalogueQuestion: (
-        lambda question, value: (
-            _number(question, value) and value == question.nearest(float(value))
-        ),
-        "a position on the line, 0 to 100",
-    ),
-    PointingQuestion: (lambda _, value: Selection.of(value) is not None, "a selection"),
-    Adjust: (_notches, "a whole number of notches"),
-}
-
-
 def misfit(step: Ask | Adjust, value: object) -> str | None:
-    """Return the reason why a value is not a valid answer, or None if the value is valid.
-
-    Answers to unknown types of questions are not checked.
-    """
-    question = step if isinstance(step, Adjust) else step.question
-    fits, words = ANSWERS.get(type(question), (lambda *_: True, ""))
-    return (
-        None if fits(question, value) else f"answered {value!r} to '{step.name}', expected {words}"
-    )
+    """Return the reason why a value is not a valid answer, or None if the value is valid."""
+    if isinstance(step, Adjust):
+        fits, words = _notches(step, value), "a whole number of notches"
+    else:
+        fits, words = step.question.fits(value), step.question.EXPECTED
+    return None if fits else f"answered {value!r} to '{step.name}', expected {words}"

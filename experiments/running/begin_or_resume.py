@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING
 from slipscale.experiments.journal.header import header, resume_data
 from slipscale.experiments.running.contact_sources import NamedSource, describe_contact
 from slipscale.experiments.session.interruptions import UNBLINDED
+from slipscale.experiments.session.masking_noise import NoNoise
+from slipscale.experiments.session.parts import Setup
 from slipscale.experiments.session.session import RunOutcome, Session
 from slipscale.faults import UserError
 from slipscale.hardware.address import PAIR, is_mock
@@ -17,13 +19,6 @@ from slipscale.hardware.backends.pair import PlatePair, pair_of
 from slipscale.hardware.registry import open_plate
 
 if TYPE_CHECKING:
-    from slipscale.experiments.journal.journal import Journal
-    from slipscale.experiments.participants.base import Participant
-    from slipscale.experiments.session.markers import Markers
-    from slipscale.experiments.session.masking_noise import Noise
-    from slipscale.experiments.session.operator import Operator
-    from slipscale.experiments.session.question_sounds import Sounds
-    from slipscale.experiments.session.resonance_tracking import ResonanceTracking
     from slipscale.experiments.steps.steps import Steps
     from slipscale.experiments.study.run_plan import RunPlan
     from slipscale.hardware.clock import Clock
@@ -77,73 +72,51 @@ def _opened(
 
 def run_plan(
     plan: RunPlan,
+    setup: Setup,
     *,
     spec: str,
-    plate: PlateDriver,
-    participant: Participant,
-    journal: Journal,
-    clock: Clock,
-    operator: Operator,
-    noise: Noise | None = None,
-    sounds: Sounds | None = None,
-    markers: Markers | None = None,
-    unblind: bool = False,
     sources: Mapping[Kind, NamedSource] | None = None,
-    tracking: ResonanceTracking | None = None,
     backup: Path | None = None,
-    warnings: tuple[str, ...] = (),
     steps: Steps | None = None,
 ) -> RunOutcome:
     """Carry out a plan from the point at which the journal ends to the end of the run.
 
     Parameters
     ----------
-    plate : PlateDriver
-        The connected plate.
-    journal : Journal
-        A reopened journal or a new one. The header of a new journal is written by this function.
+    plan : RunPlan
+    setup : Setup
+        The objects with which the session interacts. The header of a new journal is written by this
+        function.
+    spec : str
+        The plate's SPEC, for the journal.
     sources : Mapping, optional
         Connected finger-position and force sources.
-    tracking : ResonanceTracking, optional
-        Re-tunes the resonance between trials.
-    unblind : bool
-        Whether the operator sees the amplitude; the journal records this.
     backup : Path, optional
         Folder to which the journal is copied at the end.
-    warnings : tuple of str, optional
-        Warnings that are shown to the operator from the start of the session.
     steps : generator, optional
         Steps to carry out, such as a generator that modifies the plan's steps (default: the plan's
         steps).
     """
+    journal, plate = setup.journal, setup.plate
     contact = describe_contact(sources or {}, plate)
-    masking = "on" if noise else "absent"
+    masking = "absent" if isinstance(setup.noise, NoNoise) else "on"
     if not journal.records:
-        journal.write("header", **header(plan, plate, spec, participant.kind, masking), **contact)
+        kind = setup.participant.kind
+        journal.write("header", **header(plan, plate, spec, kind, masking), **contact)
     else:
         journal.write("resume", **resume_data(plan, plate, spec, masking), **contact)
-    if unblind:
+    if setup.unblind:
         journal.write("note", text=UNBLINDED)
     if backup:
         journal.write("backup", folder=str(backup.resolve()))
-    if markers and markers.names:
-        journal.write("markers", outputs=list(markers.names))
+    if setup.markers.names:
+        journal.write("markers", outputs=list(setup.markers.names))
     session = Session(
         steps=steps or plan.steps(),
-        plate=plate,
-        participant=participant,
-        journal=journal,
-        clock=clock,
-        operator=operator,
+        setup=setup,
         texts=plan.texts(),
         planned=plan.planned_trials(),
-        noise=noise,
-        sounds=sounds,
-        markers=markers,
-        unblind=unblind,
         sources={kind: each.source for kind, each in (sources or {}).items()},
-        tracking=tracking,
-        warnings=warnings,
         stroke=plan.study.stroke,
     )
     return session.run()

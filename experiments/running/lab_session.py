@@ -49,8 +49,9 @@ from slipscale.experiments.running.run_state import (
 )
 from slipscale.experiments.session.mailbox import Mailbox, mailbox_of
 from slipscale.experiments.session.marker_outputs import open_markers
-from slipscale.experiments.session.masking_noise import MaskingNoise, check_device
+from slipscale.experiments.session.masking_noise import MaskingNoise, NoNoise, check_device
 from slipscale.experiments.session.operator import Operators
+from slipscale.experiments.session.parts import Setup
 from slipscale.experiments.session.passive_exploration import stage_of
 from slipscale.experiments.session.question_sounds import NoSounds, SoundOutput, Sounds
 from slipscale.experiments.session.resonance_tracking import ResonanceTracking
@@ -284,20 +285,22 @@ def _perform(
     terminal = stack.enter_context(TerminalOperator(Console(), keys, heading=heading))
     return run_plan(
         plan,
+        Setup(
+            plate=plate,
+            participant=person,
+            journal=journal,
+            clock=clock,
+            operator=Operators(terminal, mailbox),
+            noise=noise or NoNoise(),
+            sounds=_sounds(plan),
+            markers=markers,
+            unblind=setting.unblind,
+            tracking=_tracking(plan, plate, clock, stack),
+            warnings=warnings,
+        ),
         spec=spec,
-        plate=plate,
-        participant=person,
-        journal=journal,
-        clock=clock,
-        operator=Operators(terminal, mailbox),
-        noise=noise,
-        sounds=_sounds(plan),
-        markers=markers,
-        unblind=setting.unblind,
         sources=sources,
-        tracking=_tracking(plan, plate, clock, stack),
         backup=setting.backup,
-        warnings=warnings,
     )
 
 

@@ -41,6 +41,7 @@ from slipscale.experiments.running.contact_sources import (
 )
 from slipscale.experiments.running.rehearsal import bounded, check_answered, check_supported
 from slipscale.experiments.session.operator import UnattendedOperator
+from slipscale.experiments.session.parts import Setup
 from slipscale.experiments.session.question_sounds import ImaginedSounds
 from slipscale.experiments.study.file import parse_study, read_study
 from slipscale.experiments.study.run_plan import RunPlan
@@ -270,13 +271,15 @@ def run_simulated(
         )
         run_plan(
             plan,
+            Setup(
+                plate=plate,
+                participant=person,
+                journal=journal,
+                clock=clock,
+                operator=UnattendedOperator(),
+                sounds=ImaginedSounds(),
+            ),
             spec=spec,
-            plate=plate,
-            participant=person,
-            journal=journal,
-            clock=clock,
-            operator=UnattendedOperator(),
-            sounds=ImaginedSounds(),
             sources=open_sources(with_stage(contact, plan.study), surroundings, stack),
             steps=person.attend(bounded(plan.steps(), plan)),
         )

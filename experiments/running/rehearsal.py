@@ -15,18 +15,6 @@ from slipscale.experiments.dataset.schema import columns
 from slipscale.experiments.participants.simulated_people.respondent import unanswered
 from slipscale.experiments.protocol_parts.ordering.randomisation import Stream
 from slipscale.experiments.running.contact_sources import NOT_NAMED, ContactSpecs, of_run
-from slipscale.experiments.steps.questions import (
-    ChoiceQuestion,
-    ComparisonQuestion,
-    NumberQuestion,
-    PointingQuestion,
-    Question,
-    Selection,
-    TextQuestion,
-    VisualAnalogueQuestion,
-    WholeNumberQuestion,
-    YesNoQuestion,
-)
 from slipscale.experiments.steps.replies import Adjusted, Answer, Presented, Reply, Voided
 from slipscale.experiments.steps.steps import (
     Adjust,
@@ -42,7 +30,6 @@ from slipscale.experiments.steps.steps import (
     Step,
     Steps,
 )
-from slipscale.experiments.steps.trial import Value
 from slipscale.experiments.study.headphone_test import HEADPHONES
 from slipscale.experiments.study.run_plan import RunPlan
 from slipscale.faults import UserError
@@ -176,30 +163,10 @@ def _answer(step: Step, place: float) -> Answer:
         reached = step.highest_level - place * span_level
         return Adjusted(value=reached, readback_level=reached, trace=((0.0, reached),))
     if isinstance(step, Ask):
-        return Reply(value=_value(step.question, place))
+        return Reply(value=step.question.rehearsed(place))
     if isinstance(step, Instruct | Explore | Feedback | Rest):
         return Reply()
     assert_never(step)
-
-
-def _value(question: Question, place: float) -> Value:  # noqa: PLR0911 - one per type
-    if isinstance(question, YesNoQuestion):
-        return place < 0.5  # noqa: PLR2004 - half of the range
-    if isinstance(question, ChoiceQuestion | ComparisonQuestion):
-        number = min(int(place * len(question.options)), len(question.options) - 1)
-        chosen = question.options[number]
-        return float(number + 1) if isinstance(question, ComparisonQuestion) else chosen[0]
-    if isinstance(question, WholeNumberQuestion):
-        return float(question.minimum + round(place * (question.maximum - question.minimum)))
-    if isinstance(question, NumberQuestion):
-        return 1.0 + place
-    if isinstance(question, VisualAnalogueQuestion):
-        return question.nearest(100.0 * place)
-    if isinstance(question, TextQuestion):
-        return "-"
-    if isinstance(question, PointingQuestion):
-        return Selection(*question.target_mm, time_s=1.0 + place).value
-    assert_never(question)
 
 
 def surfaces(plan: RunPlan) -> list[Stimulus]:

@@ -11,23 +11,19 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from slipscale.experiments.journal.serialisation import same_step, step_record
-from slipscale.experiments.participants.base import Participant, StopRequested
-from slipscale.experiments.session.markers import Event, Markers
+from slipscale.experiments.participants.base import StopRequested
+from slipscale.experiments.session.markers import Event
 from slipscale.experiments.steps.replies import Answer, Voided
 from slipscale.hardware.errors import PlateFault, StillVibrating
 from slipscale.hardware.signals import raise_if_ended
 
 if TYPE_CHECKING:
-    from slipscale.experiments.journal.journal import Journal
     from slipscale.experiments.journal.record import Record
-    from slipscale.experiments.session.masking_noise import Noise
     from slipscale.experiments.session.operator import Operator, Request, State
     from slipscale.experiments.session.operator_answers import OperatorAnswers
-    from slipscale.experiments.session.progress import Progress
-    from slipscale.experiments.session.surface_state import SurfaceState
+    from slipscale.experiments.session.parts import Parts
     from slipscale.experiments.steps.steps import Ask
     from slipscale.experiments.steps.trial import Trial
-    from slipscale.hardware.clock import Clock
     from slipscale.hardware.driver import PlateDriver
 
 RECONNECT_WAIT_S = 0.5
@@ -49,8 +45,10 @@ class Interruptions:
 
     Parameters
     ----------
-    plate, surface, participant, journal, clock, operator, noise, progress, markers, answers
-        Components of the session.
+    parts : Parts
+        Components that the session's actions share.
+    plate, operator, answers
+        Further components of the session.
     hold_text : str
         Text that asks the participant to wait.
     """
@@ -58,31 +56,19 @@ class Interruptions:
     def __init__(
         self,
         *,
+        parts: Parts,
         plate: PlateDriver,
-        surface: SurfaceState,
-        participant: Participant,
-        journal: Journal,
-        clock: Clock,
         operator: Operator,
-        noise: Noise,
-        progress: Progress,
-        markers: Markers,
         answers: OperatorAnswers,
         hold_text: str,
     ) -> None:
+        self._parts = parts
         self._plate = plate
-        self._surface = surface
-        self._participant = participant
-        self._journal = journal
-        self._clock = clock
         self._operator = operator
-        self._noise = noise
-        self._progress = progress
-        self._markers = markers
         self._answers = answers
         self._hold_text = hold_text
-        self._voids = _pending_voids(journal.records)
-        self._questions = _pending_questions(journal.records)
+        self._voids = _pending_voids(parts.journal.records)
+        self._questions = _pending_questions(parts.journal.records)
 
     def attempt(self, action: Callable[[], Answer]) -> Answer:
         """Carry out an action, and repeat it until it ends without a fault or a pause."""
@@ -94,15 +80,15 @@ class Interruptions:
                     paused = False
                 return action()
             except PlateFault as fault:
-                with self._progress.away():
+                with self._parts.progress.away():
                     self._recover(fault)
             except _Paused:
                 paused = True
 
     def watch(self) -> None:
         """Check the plate, the disk and the operator in each frame of a step."""
-        self._surface.check()
-        self._journal.check()
+        self._parts.surface.check()
+        self._parts.journal.check()
         self.watch_operator()
 
     def watch_operator(self) -> None:
@@ -141,7 +127,7 @@ class Interruptions:
         return [
             asked
             for what in wanted
-            for asked in self._progress.asked
+            for asked in self._parts.progress.asked
             if same_step(what, step_record(asked))
         ]
 
@@ -153,20 +139,20 @@ class Interruptions:
             return not self._operator.busy
 
         if not typed():
-            self._participant.hold(self._hold_text, typed)
+            self._parts.participant.hold(self._hold_text, typed)
 
     def _void(self, request: Request) -> None:
         """Void the current trial, or an earlier trial that the protocol can still repeat."""
-        now = self._progress.voidable
+        now = self._parts.progress.voidable
         trial = request.trial or now
         if trial is None:
-            self._progress.say("no trial can be voided now")
+            self._parts.progress.say("no trial can be voided now")
         elif now is None or trial.task != now.task:
-            self._progress.say(
+            self._parts.progress.say(
                 f"trial {trial.number} cannot be repeated, because its part of the run is over"
             )
         elif (trial.task, trial.number) in self._voided():
-            self._progress.say(f"trial {trial.number} is already voided")
+            self._parts.progress.say(f"trial {trial.number} is already voided")
         else:
             self.reject(trial, request.reason, repeated=True)
 
@@ -178,48 +164,48 @@ class Interruptions:
         if (trial.task, trial.number) in self._voided():
             return
         void = {"task": trial.task, "trial": trial.number, "reason": reason}
-        self._journal.write("void", **void, **({} if repeated else {"repeated": False}))
+        self._parts.journal.write("void", **void, **({} if repeated else {"repeated": False}))
         self._voids = _with(self._voids, trial.number, repeated=repeated)
         if repeated:
-            self._progress.void()
-            self._progress.say(f"trial {trial.number} will be repeated")
+            self._parts.progress.void()
+            self._parts.progress.say(f"trial {trial.number} will be repeated")
         else:
-            self._progress.say(f"trial {trial.number} was rejected ({reason})")
+            self._parts.progress.say(f"trial {trial.number} was rejected ({reason})")
 
     def _ask_again(self, request: Request) -> None:
         """Register a question about the run or the participant that will be asked again."""
         question = request.question
-        if question is None or not self._progress.was_asked(question):
-            self._progress.say("this question cannot be asked again")
+        if question is None or not self._parts.progress.was_asked(question):
+            self._parts.progress.say("this question cannot be asked again")
         elif (what := step_record(question)) not in self._questions:
-            self._journal.write("ask_again", what=what)
+            self._parts.journal.write("ask_again", what=what)
             self._questions.append(what)
-            self._progress.say(f"'{question.name}' will be asked again after the trial")
+            self._parts.progress.say(f"'{question.name}' will be asked again after the trial")
 
     def _note(self, request: Request) -> None:
         """Write the operator's note to the journal."""
-        self._journal.write("note", text=request.reason)
-        self._progress.say("the note was saved in the journal")
+        self._parts.journal.write("note", text=request.reason)
+        self._parts.progress.say("the note was saved in the journal")
 
     def _unblind(self) -> None:
         """Unblind the operator: show the amplitude from now on, and record this."""
-        if not self._progress.unblinded:
-            self._journal.write("note", text=UNBLINDED)
-            self._progress.unblind()
+        if not self._parts.progress.unblinded:
+            self._parts.journal.write("note", text=UNBLINDED)
+            self._parts.progress.unblind()
 
     def _voided(self) -> list[tuple[str, int]]:
         """Return all trials voided in this run, as (task, number) pairs."""
-        voids = [record.data for record in self._journal.records if record.kind == "void"]
+        voids = [record.data for record in self._parts.journal.records if record.kind == "void"]
         return [(void["task"], void["trial"]) for void in voids]
 
     def _hold(self) -> None:
         """Pause the session: silence the plate and wait until the operator resumes."""
-        with self._progress.away():
-            self._surface.hush()
-            self._markers.mark(Event.PAUSE)
-            self._journal.write("pause")
+        with self._parts.progress.away():
+            self._parts.surface.hush()
+            self._parts.markers.mark(Event.PAUSE)
+            self._parts.journal.write("pause")
             self._wait_for("paused", "go_on")
-            self._journal.write("go_on")
+            self._parts.journal.write("go_on")
 
     def _recover(self, fault: PlateFault) -> None:
         """Silence the plate, record the fault, wait for the operator's decision, and reconnect.
@@ -227,33 +213,33 @@ class Interruptions:
         That the plate may still vibrate is shown until it is connected again, in place of any other
         fault.
         """
-        still = self._surface.shut_down()
+        still = self._parts.surface.shut_down()
         while True:
-            self._markers.mark(Event.FAULT)
-            self._progress.fault()
-            self._journal.write("fault", code=fault.code, message=fault.message)
+            self._parts.markers.mark(Event.FAULT)
+            self._parts.progress.fault()
+            self._parts.journal.write("fault", code=fault.code, message=fault.message)
             if still and not isinstance(fault, StillVibrating):
-                self._journal.write("fault", code=still.code, message=still.message)
-            still = self._surface.disconnect() or still
-            self._clock.sleep(RECONNECT_WAIT_S)
+                self._parts.journal.write("fault", code=still.code, message=still.message)
+            still = self._parts.surface.disconnect() or still
+            self._parts.clock.sleep(RECONNECT_WAIT_S)
             urgent = still or fault
             try:
                 self._wait_for("fault", "retry", urgent)
             except StopRequested as stopped:
-                self._journal.write("given_up", reason=str(stopped))
-                raise self._progress.visible(urgent) from None
+                self._parts.journal.write("given_up", reason=str(stopped))
+                raise self._parts.progress.visible(urgent) from None
             try:
                 self._plate.connect()
             except PlateFault as again:
                 fault = again
             else:
-                self._journal.write("retry")
+                self._parts.journal.write("retry")
                 return
 
     def _wait_for(self, state: State, wanted: str, fault: PlateFault | None = None) -> None:
         """Wait until the operator makes the request ``wanted`` or stops the session."""
-        self._noise.stop()
-        self._progress.tell(state, fault=fault)
+        self._parts.noise.stop()
+        self._parts.progress.tell(state, fault=fault)
 
         def answered() -> bool:
             request = self._poll()
@@ -270,7 +256,7 @@ class Interruptions:
             return request is not None and request.what == wanted
 
         if not answered():
-            self._participant.hold(self._hold_text, answered)
+            self._parts.participant.hold(self._hold_text, answered)
 
 
 def _pending_questions(records: list[Record]) -> list[dict[str, object]]:

@@ -5,8 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal, Protocol
 
-from slipscale.experiments.steps.questions import ChoiceQuestion
-
 if TYPE_CHECKING:
     from slipscale.experiments.session.masking_noise import NoiseState
     from slipscale.experiments.session.surface_state import PlateState
@@ -141,10 +139,8 @@ def answer_wanted(ask: Ask) -> str:
     'Failed. 1 test again, 2 go on'
     """
     question = ask.question
-    if not isinstance(question, ChoiceQuestion):
-        return question.prompt
-    listed = ", ".join(f"{n} {words}" for n, (_, words) in enumerate(question.options, start=1))
-    return f"{question.prompt} {listed}"
+    listed = ", ".join(f"{n} {words}" for n, words in enumerate(question.listed, start=1))
+    return f"{question.prompt} {listed}" if listed else question.prompt
 
 
 class Operators:

@@ -6,14 +6,13 @@ are validated in the same way as a participant's entries.
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from slipscale.experiments.languages.texts import ENGLISH, shipped_texts
 from slipscale.experiments.participants.psychopy_window.entry import (
     ENTER,
-    Accepted,
     KeyEntry,
-    Refused,
     entry_for,
 )
 from slipscale.experiments.steps.replies import Reply
@@ -22,16 +21,15 @@ if TYPE_CHECKING:
     from slipscale.experiments.participants.base import Participant, Watch
     from slipscale.experiments.session.progress import Progress
     from slipscale.experiments.steps.steps import Ask
-    from slipscale.experiments.steps.trial import Value
     from slipscale.hardware.clock import Clock
 
 
 class _Given(Exception):
     """Raised to close the participant's screen; carries the operator's answer."""
 
-    def __init__(self, value: Value) -> None:
+    def __init__(self, reply: Reply) -> None:
         super().__init__()
-        self.value = value
+        self.reply = reply
 
 
 class OperatorAnswers:
@@ -57,8 +55,8 @@ class OperatorAnswers:
         try:
             return participant.perform(step, watch)
         except _Given as given:
-            return Reply(
-                value=given.value,
+            return replace(
+                given.reply,
                 onset_s=onset_s,
                 response_time_s=self._clock.now() - onset_s,
                 time_source="operator",
@@ -79,9 +77,9 @@ class OperatorAnswers:
         # An answer of a single key must be the whole line, so that "12" is not taken for "1".
         for character in (line,) if isinstance(entry, KeyEntry) else (*line, ENTER):
             verdict = entry.press(character)
-            if isinstance(verdict, Accepted):
-                raise _Given(verdict.value)
-            if isinstance(verdict, Refused):
+            if isinstance(verdict, Reply):
+                raise _Given(verdict)
+            if verdict:
                 self._rejected.append(typed)
                 self._progress.say(texts[verdict.reason].format(**verdict.blanks))
                 return

@@ -8,7 +8,6 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from slipscale.experiments.session.operator import Operator, SessionStatus, State
-from slipscale.experiments.steps.questions import ChoiceQuestion
 from slipscale.experiments.steps.steps import Ask, EndBlock, EndTrial, Present, Step
 
 if TYPE_CHECKING:
@@ -213,5 +212,5 @@ def _is_lasting(step: Ask) -> bool:
 
     Questions within a trial, questions with a sound, and operator decisions cannot be repeated.
     """
-    decision = step.by == "operator" and isinstance(step.question, ChoiceQuestion)
+    decision = step.by == "operator" and bool(step.question.listed)
     return not (step.trial or step.played or decision)

@@ -13,19 +13,18 @@ from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any, Literal
 
 from slipscale.experiments.journal.serialisation import answer_record, step_record
-from slipscale.experiments.participants.base import Participant, StopRequested
+from slipscale.experiments.participants.base import StopRequested
 from slipscale.experiments.session.actions.adjusting import Adjusting
 from slipscale.experiments.session.actions.asking import Asking
 from slipscale.experiments.session.actions.presenting import Presenting
 from slipscale.experiments.session.followed_textures import Following
 from slipscale.experiments.session.interruptions import Interruptions
-from slipscale.experiments.session.markers import Event, Markers
-from slipscale.experiments.session.masking_noise import Noise, NoNoise
+from slipscale.experiments.session.markers import Event
 from slipscale.experiments.session.measured_contact import Contact
 from slipscale.experiments.session.operator_answers import OperatorAnswers
+from slipscale.experiments.session.parts import Parts, Setup
 from slipscale.experiments.session.passive_exploration import moved, stage_of
 from slipscale.experiments.session.progress import Progress
-from slipscale.experiments.session.question_sounds import NoSounds, Sounds
 from slipscale.experiments.session.replay import finished, replay
 from slipscale.experiments.session.stroke_control import StrokeControl
 from slipscale.experiments.session.surface_state import SurfaceState
@@ -47,15 +46,10 @@ from slipscale.faults import UserError
 from slipscale.hardware.errors import PlateFault
 
 if TYPE_CHECKING:
-    from slipscale.experiments.journal.journal import Journal
     from slipscale.experiments.languages.texts import Texts
-    from slipscale.experiments.session.operator import Operator
-    from slipscale.experiments.session.resonance_tracking import ResonanceTracking
     from slipscale.experiments.steps.replies import Adjusted, Answer, Reply, Voided
     from slipscale.experiments.study.stroke import Stroke
-    from slipscale.hardware.clock import Clock
     from slipscale.hardware.contact.source import ContactSource, Kind, Sample
-    from slipscale.hardware.driver import PlateDriver
 
 RunOutcome = Literal["complete", "stopped"]
 # These steps do not wait until the last answer is on disk.
@@ -69,27 +63,15 @@ class Session:
     ----------
     steps : generator
         The protocol's steps.
-    plate, participant, journal, clock, operator
-        All objects with which a session interacts. A session with a virtual clock, a mock plate and
-        a simulated participant can therefore be reproduced byte for byte.
+    setup : Setup
+        All objects with which the session interacts.
     texts : Mapping
         Wording of the screen that asks the participant to wait.
     planned : int
         Expected number of trials in the whole session.
-    noise : Noise, optional
-        Masking noise, which plays from the first surface of a block to the next text or rest.
-    sounds : Sounds, optional
-        Plays the sounds of the headphone test.
-    markers : Markers, optional
-        Sends markers to external recorders.
-    unblind : bool
-        Whether the operator sees the amplitude.
     sources : Mapping, optional
         Connected finger-position and force sources, whose samples are recorded. If the position is
         measured, textures follow the finger on plates that support this.
-    tracking : ResonanceTracking, optional
-    warnings : tuple of str, optional
-        Problems that are shown to the operator from the start of the session.
     stroke : Stroke, optional
         Stroke windows; a trial with strokes outside the windows may be rejected.
     """
@@ -98,27 +80,23 @@ class Session:
         self,
         *,
         steps: Steps,
-        plate: PlateDriver,
-        participant: Participant,
-        journal: Journal,
-        clock: Clock,
-        operator: Operator,
+        setup: Setup,
         texts: Texts,
         planned: int = 0,
-        noise: Noise | None = None,
-        sounds: Sounds | None = None,
-        markers: Markers | None = None,
-        unblind: bool = False,
         sources: Mapping[Kind, ContactSource] | None = None,
-        tracking: ResonanceTracking | None = None,
-        warnings: tuple[str, ...] = (),
         stroke: Stroke | None = None,
     ) -> None:
+        plate, participant, journal, clock = (
+            setup.plate,
+            setup.participant,
+            setup.journal,
+            setup.clock,
+        )
         self._steps = steps
         self._participant = participant
         self._journal = journal
-        self._noise = noise or NoNoise()
-        self._markers = markers or Markers()
+        self._noise = setup.noise
+        self._markers = setup.markers
         self._markers.lost = self._marker_lost
         following = Following(plate, clock, sources or {})
         self._surface = SurfaceState(plate, clock, self._feel, following)
@@ -133,63 +111,43 @@ class Session:
             for record in journal.records
         )
         self._progress = Progress(
-            operator,
+            setup.operator,
             clock,
             noise=self._noise,
             surface=self._surface,
             planned=planned,
             voided=voided,
-            unblinded=unblind,
-            warnings=warnings,
+            unblinded=setup.unblind,
+            warnings=setup.warnings,
         )
         journal.tell = self._progress.warn
         operator_answers = OperatorAnswers(self._progress, clock)
-        self._interruptions = Interruptions(
-            plate=plate,
+        parts = Parts(
             surface=self._surface,
             participant=participant,
             journal=journal,
             clock=clock,
-            operator=operator,
             noise=self._noise,
-            progress=self._progress,
             markers=self._markers,
+            progress=self._progress,
+        )
+        self._interruptions = Interruptions(
+            parts=parts,
+            plate=plate,
+            operator=setup.operator,
             answers=operator_answers,
             hold_text=texts["session.hold"],
         )
-        self._presenting = Presenting(
-            surface=self._surface,
-            journal=journal,
-            clock=clock,
-            noise=self._noise,
-            markers=self._markers,
-            progress=self._progress,
-            tracking=tracking,
-        )
+        self._presenting = Presenting(parts=parts, tracking=setup.tracking)
         self._asking = Asking(
-            surface=self._surface,
-            participant=participant,
-            journal=journal,
-            clock=clock,
-            noise=self._noise,
-            sounds=sounds or NoSounds("this session has no sound output"),
-            markers=self._markers,
-            progress=self._progress,
+            parts=parts,
+            sounds=setup.sounds,
             contact=self._contact,
             interruptions=self._interruptions,
             operator_answers=operator_answers,
             wait=self._wait,
         )
-        self._adjusting = Adjusting(
-            surface=self._surface,
-            participant=participant,
-            journal=journal,
-            clock=clock,
-            markers=self._markers,
-            progress=self._progress,
-            watch=self._interruptions.watch,
-            wait=self._wait,
-        )
+        self._adjusting = Adjusting(parts=parts, watch=self._interruptions.watch, wait=self._wait)
         self._answered = len(journal.records)  # number of records up to the last answer
         self._actions: Mapping[type, Callable[[Any], Answer]] = {
             Instruct: self._show,

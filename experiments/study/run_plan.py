@@ -21,8 +21,6 @@ from slipscale.experiments.protocol_parts.simulated_answers import SimulatedAnsw
 from slipscale.experiments.steps.questions import (
     CONSENT,
     ChoiceQuestion,
-    NumberQuestion,
-    WholeNumberQuestion,
 )
 from slipscale.experiments.steps.replies import Answer, Reply
 from slipscale.experiments.steps.steps import Ask, Instruct, Steps
@@ -328,9 +326,7 @@ def _spoken(steps: Steps) -> Steps:
             step = steps.send(answer)
         except StopIteration:
             return
-        if isinstance(step, Ask) and isinstance(
-            step.question, NumberQuestion | WholeNumberQuestion
-        ):
+        if isinstance(step, Ask) and step.question.SPOKEN:
             step = replace(step, by="operator")
         answer = yield step
 

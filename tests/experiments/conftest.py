@@ -17,6 +17,7 @@ from slipscale.experiments.participants.simulated_people.population import Popul
 from slipscale.experiments.participants.simulated_people.respondent import respondent_of
 from slipscale.experiments.running.begin_or_resume import plate_for, run_plan
 from slipscale.experiments.session.operator import UnattendedOperator
+from slipscale.experiments.session.parts import Setup
 from slipscale.experiments.session.question_sounds import ImaginedSounds
 from slipscale.experiments.study.file import study_text
 from slipscale.experiments.study.run_plan import RunPlan
@@ -98,14 +99,16 @@ class Laboratory:
             simulated = isinstance(self.person, SimulatedParticipant)
             return run_plan(
                 plan,
+                Setup(
+                    plate=self.plate,
+                    participant=self.person,
+                    journal=journal,
+                    clock=self.clock,
+                    operator=operator or UnattendedOperator(),
+                    unblind=unblind,
+                    **({"sounds": ImaginedSounds()} | heard),
+                ),
                 spec=spec or self.spec,
-                plate=self.plate,
-                participant=self.person,
-                journal=journal,
-                clock=self.clock,
-                operator=operator or UnattendedOperator(),
-                unblind=unblind,
-                **({"sounds": ImaginedSounds()} | heard),
                 steps=self.person.attend(plan.steps()) if simulated else None,
             )
 

@@ -11,6 +11,7 @@ from slipscale.experiments.dataset.bids import build_dataset
 from slipscale.experiments.journal.journal import Journal
 from slipscale.experiments.running.begin_or_resume import plate_for, run_plan
 from slipscale.experiments.session.operator import Operator, Request, UnattendedOperator
+from slipscale.experiments.session.parts import Setup
 from slipscale.experiments.study.run_plan import RunPlan
 
 if TYPE_CHECKING:
@@ -133,12 +134,14 @@ def run_on_board(
         connected()
         return run_plan(
             plan,
+            Setup(
+                plate=plate,
+                participant=person,
+                journal=journal,
+                clock=clock,
+                operator=operator or UnattendedOperator(),
+            ),
             spec=spec,
-            plate=plate,
-            participant=person,
-            journal=journal,
-            clock=clock,
-            operator=operator or UnattendedOperator(),
         )
 
 

@@ -30,6 +30,7 @@ from slipscale.experiments.dataset.bids import build_dataset
 from slipscale.experiments.journal.journal import Journal
 from slipscale.experiments.running.begin_or_resume import run_plan
 from slipscale.experiments.session.operator import UnattendedOperator
+from slipscale.experiments.session.parts import Setup
 from slipscale.experiments.steps.questions import (
     ChoiceQuestion,
     NumberQuestion,
@@ -122,13 +123,15 @@ def session(dataset: Path, plan: RunPlan, port: str) -> Took:
         plate = connected(spec, clock, stack)
         outcome = run_plan(
             plan,
+            Setup(
+                plate=plate,
+                participant=ScriptedParticipant(answer, clock),
+                journal=journal,
+                clock=clock,
+                # On a busy machine, the board may miss a heartbeat and silence the plate.
+                operator=UnattendedOperator(retries=1000),
+            ),
             spec=spec,
-            plate=plate,
-            participant=ScriptedParticipant(answer, clock),
-            journal=journal,
-            clock=clock,
-            # On a busy machine, the board may miss a heartbeat and silence the plate.
-            operator=UnattendedOperator(retries=1000),
         )
     if outcome != "complete" or build_dataset(dataset):
         raise RuntimeError(f"session of participant {plan.participant}: {outcome}")

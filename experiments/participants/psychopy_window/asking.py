@@ -4,24 +4,22 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import replace
-from typing import TYPE_CHECKING, assert_never
+from typing import TYPE_CHECKING
 
 from slipscale.experiments.participants.psychopy_window import entry, scene, touch
 from slipscale.experiments.participants.psychopy_window.entry import ERASE
 from slipscale.experiments.participants.psychopy_window.scene import Scene, Text
-from slipscale.experiments.participants.psychopy_window.screen_texts import ScreenResult, remaining
+from slipscale.experiments.participants.psychopy_window.screen_texts import remaining
 from slipscale.experiments.participants.psychopy_window.waiting import Unmoved, by_touch
 from slipscale.experiments.steps.questions import (
     ChoiceQuestion,
     ComparisonQuestion,
     NumberQuestion,
-    PointingQuestion,
     TextQuestion,
-    VisualAnalogueQuestion,
     WholeNumberQuestion,
     YesNoQuestion,
 )
-from slipscale.experiments.steps.replies import BACK
+from slipscale.experiments.steps.replies import BACK, Reply
 from slipscale.experiments.steps.steps import Ask
 
 if TYPE_CHECKING:
@@ -64,10 +62,8 @@ class Asking(Unmoved):
             case ComparisonQuestion():
                 self._compared = question.options
                 self._body, self._hint = self._comparison, texts["window.choose_key"]
-            case VisualAnalogueQuestion() | PointingQuestion():
-                raise TypeError("this question uses a separate screen")
             case _:
-                assert_never(question)
+                raise TypeError(f"no answer field for {type(question).__name__}")
 
     def scene(self, elapsed_s: float) -> Scene:
         """Return the question, the entry and, after a rejected entry, the reason."""
@@ -91,25 +87,25 @@ class Asking(Unmoved):
             return scene.button(words, ERASE, x=0.0, y=BACK_Y, width=0.5, height=0.06)
         return (replace(scene.hint(self._texts["window.back"]), y=BACK_Y),)
 
-    def press(self, character: str, elapsed_s: float) -> ScreenResult | None:
+    def press(self, character: str, elapsed_s: float) -> Reply | None:
         """Process a character. Return the outcome if the character completes the answer in time."""
         if self.expire(elapsed_s):
             return None
         verdict = self._entry.press(character)
         self._notice = ""
-        if isinstance(verdict, entry.Accepted):
-            return ScreenResult(value=verdict.value)
-        if isinstance(verdict, entry.Refused):
+        if isinstance(verdict, Reply):
+            return verdict
+        if verdict:
             self._notice = self._texts[verdict.reason].format(**verdict.blanks)
             if verdict.entry:
                 self.rejected.append(verdict.entry)
         return None
 
-    def erase(self) -> ScreenResult | None:
+    def erase(self) -> Reply | None:
         """Delete the last character. If the field is empty, return to the previous question."""
         self._notice = ""
         if self._back and not self._entry.content:
-            return ScreenResult(value=BACK)
+            return Reply(value=BACK)
         self._entry.erase()
         return None
 
@@ -128,10 +124,10 @@ class Asking(Unmoved):
         for character in typed:
             self._entry.press(character)
 
-    def expire(self, elapsed_s: float) -> ScreenResult | None:
+    def expire(self, elapsed_s: float) -> Reply | None:
         """Return a time-out if the time limit has passed."""
         if self._limit_s is not None and elapsed_s >= self._limit_s:
-            return ScreenResult(timed_out=True)
+            return Reply(timed_out=True)
         return None
 
     def _number(self) -> Scene:

@@ -12,20 +12,19 @@ import unicodedata
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from decimal import Decimal
-from typing import Protocol, TypeGuard, assert_never
+from typing import Protocol, TypeGuard
 
 from slipscale.experiments.languages.texts import NUMBER_KEYS
 from slipscale.experiments.steps.questions import (
     ChoiceQuestion,
     ComparisonQuestion,
     NumberQuestion,
-    PointingQuestion,
     Question,
     TextQuestion,
-    VisualAnalogueQuestion,
     WholeNumberQuestion,
     YesNoQuestion,
 )
+from slipscale.experiments.steps.replies import Reply
 from slipscale.experiments.steps.trial import Value
 from slipscale.faults import UserError
 
@@ -38,13 +37,6 @@ NUMBER = re.compile(r"[+-]?([0-9]+([.,][0-9]*)?|[.,][0-9]+)")
 THOUSANDS = re.compile(r"[+-]?[1-9][0-9]{0,2}(,[0-9]{3})+")
 # Characters of the unshifted digit row of a French keyboard; the key marked 2 enters 2.
 AZERTY = dict(zip("&é\"'(-è_ç", "123456789", strict=True))
-
-
-@dataclass(frozen=True, slots=True)
-class Accepted:
-    """A valid entry, with the value of the answer."""
-
-    value: Value
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,10 +58,10 @@ class Refused:
     blanks: Mapping[str, str] = field(default_factory=dict)
 
 
-Verdict = Accepted | Refused | None
+Verdict = Reply | Refused | None
 
 
-def judge_number(entry: str, *, positive: bool = False) -> Accepted | Refused:
+def judge_number(entry: str, *, positive: bool = False) -> Reply | Refused:
     """Parse a finite number as people type it, with a decimal point or comma and no exponent.
 
     Parameters
@@ -81,8 +73,8 @@ def judge_number(entry: str, *, positive: bool = False) -> Accepted | Refused:
 
     Examples
     --------
-    >>> judge_number("12,5")
-    Accepted(value=12.5)
+    >>> judge_number("12,5").value
+    12.5
     >>> judge_number("1,000").reason
     'window.thousands'
     >>> judge_number("-3").reason
@@ -107,14 +99,14 @@ def judge_number(entry: str, *, positive: bool = False) -> Accepted | Refused:
     for reason, applies in refusals.items():
         if applies:
             return Refused(entry, reason, {"entry": text})
-    return Accepted(value)
+    return Reply(value=value)
 
 
-def judge_whole_number(entry: str, *, minimum: int, maximum: int) -> Accepted | Refused:
+def judge_whole_number(entry: str, *, minimum: int, maximum: int) -> Reply | Refused:
     """Parse a whole number, and check that it is between two inclusive bounds.
 
-    >>> judge_whole_number(" 34 ", minimum=18, maximum=99)
-    Accepted(value=34.0)
+    >>> judge_whole_number(" 34 ", minimum=18, maximum=99).value
+    34.0
     >>> judge_whole_number("34,5", minimum=18, maximum=99).reason
     'window.out_of_bounds'
     """
@@ -124,7 +116,7 @@ def judge_whole_number(entry: str, *, minimum: int, maximum: int) -> Accepted | 
     # Only ASCII digits are allowed; a number with more digits than the maximum is too large.
     whole = bool(re.fullmatch("[0-9]+", text)) and len(text.lstrip("0")) <= len(str(maximum))
     if whole and minimum <= int(text) <= maximum:
-        return Accepted(float(text))
+        return Reply(value=float(text))
     blanks = {"entry": text, "minimum": str(minimum), "maximum": str(maximum)}
     return Refused(entry, "window.out_of_bounds", blanks)
 
@@ -181,7 +173,7 @@ class TypedEntry:
     def turn(self, notches: int) -> None:
         """Do nothing, because a line of text has no selection to move."""
 
-    def _judge(self) -> Accepted | Refused:
+    def _judge(self) -> Reply | Refused:
         if isinstance(self._question, NumberQuestion):
             return judge_number(self.content, positive=self._question.positive)
         if isinstance(self._question, WholeNumberQuestion):
@@ -190,7 +182,7 @@ class TypedEntry:
             )
         if not self.content.strip():
             return Refused(self.content, "window.empty")
-        return Accepted(self.content)
+        return Reply(value=self.content)
 
 
 class KeyEntry:
@@ -212,7 +204,7 @@ class KeyEntry:
         if key not in self._answers:
             key = AZERTY.get(key, key)
         if key in self._answers:
-            return Accepted(self._answers[key])
+            return Reply(value=self._answers[key])
         keys = ", ".join(self._answers)
         return Refused(character, "window.other_key", {"keys": keys})
 
@@ -268,9 +260,9 @@ class ListEntry:
             here = -1 if notches < 0 else last + 1
         self.content = str(min(max(here - notches, 0), last) + 1)
 
-    def _judge(self) -> Accepted | Refused:
+    def _judge(self) -> Reply | Refused:
         if self.place is not None:
-            return Accepted(self._values[self.place])
+            return Reply(value=self._values[self.place])
         if not self.content:
             return Refused("", "window.empty")
         entry, self.content = self.content, ""
@@ -302,11 +294,9 @@ def entry_for(question: Question, texts: Mapping[str, str]) -> Entry:
         return ListEntry(tuple(code for code, _ in question.options))
     if isinstance(question, ChoiceQuestion | ComparisonQuestion):
         return KeyEntry(choice_keys(question))
-    if isinstance(question, VisualAnalogueQuestion | PointingQuestion):
-        raise TypeError("this question has no answer field, because it uses a separate screen")
     if isinstance(question, NumberQuestion | WholeNumberQuestion | TextQuestion):
         return TypedEntry(question)
-    assert_never(question)
+    raise TypeError(f"no answer field for {type(question).__name__}")
 
 
 def is_long(question: Question) -> TypeGuard[ChoiceQuestion]:

@@ -14,12 +14,12 @@ from slipscale.experiments.participants.psychopy_window.scene import (
     Text,
 )
 from slipscale.experiments.participants.psychopy_window.screen_texts import (
-    ScreenResult,
     naming_key,
     remaining,
 )
 from slipscale.experiments.participants.psychopy_window.waiting import Waiting
 from slipscale.experiments.steps.questions import PointingQuestion, Selection
+from slipscale.experiments.steps.replies import Reply
 from slipscale.experiments.steps.steps import Ask
 
 BAR_HEIGHT, CURSOR = 0.4, 0.012
@@ -62,28 +62,28 @@ class Pointing(Waiting):
         """Move the cursor to the finger's measured position."""
         self._cursor_mm = x_mm, y_mm
 
-    def press(self, character: str, elapsed_s: float) -> ScreenResult | None:
+    def press(self, character: str, elapsed_s: float) -> Reply | None:
         """Select the cursor's position if the pressed key is the continue key."""
         if self._cursor_mm is None or super().press(character, elapsed_s) is None:
             return None
         return self._select(*self._cursor_mm, elapsed_s)
 
-    def point(self, x: float, y: float, elapsed_s: float, *, dragged: bool) -> ScreenResult | None:
+    def point(self, x: float, y: float, elapsed_s: float, *, dragged: bool) -> Reply | None:
         """Select the position at which a click or touch occurs."""
         height_mm = self._question.screen_height_mm
         return None if dragged else self._select(x * height_mm, y * height_mm, elapsed_s)
 
-    def expire(self, elapsed_s: float) -> ScreenResult | None:
+    def expire(self, elapsed_s: float) -> Reply | None:
         """Return a time-out if the time limit has passed."""
         over = self._limit_s is not None and elapsed_s >= self._limit_s
-        return ScreenResult(timed_out=True) if over else None
+        return Reply(timed_out=True) if over else None
 
-    def _select(self, x_mm: float, y_mm: float, elapsed_s: float) -> ScreenResult | None:
+    def _select(self, x_mm: float, y_mm: float, elapsed_s: float) -> Reply | None:
         """Begin the movement if the start is selected. Any later selection ends the movement."""
         if self.expire(elapsed_s):
             return None
         if self._began_s is not None:
-            return ScreenResult(value=Selection(x_mm, y_mm, elapsed_s - self._began_s).value)
+            return Reply(value=Selection(x_mm, y_mm, elapsed_s - self._began_s).value)
         if self._question.holds(self._question.start_mm, x_mm, y_mm):
             self._began_s = elapsed_s
         return None

@@ -8,12 +8,12 @@ from slipscale.experiments.participants.psychopy_window import scene
 from slipscale.experiments.participants.psychopy_window.entry import ENTER
 from slipscale.experiments.participants.psychopy_window.scene import Box, Scene, Text
 from slipscale.experiments.participants.psychopy_window.screen_texts import (
-    ScreenResult,
     go_on_key,
     naming_key,
     remaining,
 )
 from slipscale.experiments.steps.questions import VisualAnalogueQuestion
+from slipscale.experiments.steps.replies import Reply
 from slipscale.experiments.steps.steps import Ask
 
 LINE_Y, LINE_LENGTH, LINE_WIDTH = 0.05, 1.1, 0.006
@@ -66,7 +66,7 @@ class Marking:
             *remaining(self._limit_s, elapsed_s, texts, y=0.415),
         )
 
-    def press(self, character: str, elapsed_s: float) -> ScreenResult | None:
+    def press(self, character: str, elapsed_s: float) -> Reply | None:
         """Submit the rating on the `go_on` key or Enter, unless the time limit has passed."""
         if character.casefold() not in (go_on_key(self._texts), ENTER, "\n"):
             return None
@@ -79,7 +79,7 @@ class Marking:
         place = question.start if self._put is None else self._put
         self._put = question.nearest(place + notches * question.key_step)
 
-    def point(self, x: float, y: float, elapsed_s: float, *, dragged: bool) -> ScreenResult | None:
+    def point(self, x: float, y: float, elapsed_s: float, *, dragged: bool) -> Reply | None:
         """Set the mark at the clicked position, or submit the answer if the button is clicked."""
         if abs(y - LINE_Y) <= NEAR_Y and abs(x) <= LINE_LENGTH / 2 + NEAR_X:
             self._notice = ""
@@ -101,19 +101,19 @@ class Marking:
         if typed:
             self._put = self._question.nearest(float(typed))
 
-    def expire(self, elapsed_s: float) -> ScreenResult | None:
+    def expire(self, elapsed_s: float) -> Reply | None:
         """Return a time-out if the time limit has passed."""
         if self._limit_s is not None and elapsed_s >= self._limit_s:
-            return ScreenResult(timed_out=True)
+            return Reply(timed_out=True)
         return None
 
-    def _hand_in(self, elapsed_s: float) -> ScreenResult | None:
+    def _hand_in(self, elapsed_s: float) -> Reply | None:
         if self.expire(elapsed_s):
             return None
         if self._put is None:
             self._notice = self._texts["window.mark_missing"]
             return None
-        return ScreenResult(value=self._put)
+        return Reply(value=self._put)
 
     def _mark(self) -> Scene:
         """Return the mark, or nothing if the mark is not set and its start position is hidden."""

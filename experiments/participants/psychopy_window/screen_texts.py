@@ -1,30 +1,17 @@
-"""Elements shared by screens: the result, the continue key and the countdown."""
+"""Elements shared by screens: the continue key and the countdown."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 from slipscale.experiments.participants.psychopy_window import scene
 from slipscale.experiments.participants.psychopy_window.scene import Scene, Text
 
-if TYPE_CHECKING:
-    from slipscale.experiments.steps.trial import Value
-
-    Texts = Mapping[str, str]
+Texts = Mapping[str, str]
 
 # Keys with a translated name; any other key is named by its character.
 NAMED_KEYS = {"space": " ", "enter": "\r"}
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class ScreenResult:
-    """Result of a screen."""
-
-    value: Value = None
-    timed_out: bool = False
 
 
 def go_on_key(texts: Texts) -> str:

@@ -1,7 +1,7 @@
 """Map each step to its screen, independently of any window or clock.
 
 A screen receives key presses and the time since the screen appeared. The screen returns the
-contents to draw and, when the screen ends, a `ScreenResult`. The time is always passed as an
+contents to draw and, when the screen ends, a `Reply` without times. The time is always passed as an
 argument, so tests of screens do not have to wait.
 """
 
@@ -34,7 +34,7 @@ from slipscale.experiments.steps.steps import (
 
 if TYPE_CHECKING:
     from slipscale.experiments.participants.psychopy_window.scene import Scene
-    from slipscale.experiments.participants.psychopy_window.screen_texts import ScreenResult
+    from slipscale.experiments.steps.replies import Reply
 
     Texts = Mapping[str, str]
 
@@ -54,16 +54,16 @@ class Screen(Protocol):
     def scene(self, elapsed_s: float) -> Scene:
         """Return the contents of the screen ``elapsed_s`` after it appeared."""
 
-    def press(self, character: str, elapsed_s: float) -> ScreenResult | None:
+    def press(self, character: str, elapsed_s: float) -> Reply | None:
         """Process a character; return the outcome if the character ended the screen."""
 
-    def erase(self) -> ScreenResult | None:
+    def erase(self) -> Reply | None:
         """Delete the last character; return the outcome if this closes the screen."""
 
     def move(self, notches: int) -> None:
         """Move the mark to the right, or the selection up, by a number of notches."""
 
-    def point(self, x: float, y: float, elapsed_s: float, *, dragged: bool) -> ScreenResult | None:
+    def point(self, x: float, y: float, elapsed_s: float, *, dragged: bool) -> Reply | None:
         """Process a click or touch. Return the outcome if the click or touch ended the screen."""
 
     @property
@@ -73,7 +73,7 @@ class Screen(Protocol):
     def offer(self, typed: str) -> None:
         """Restore the entry that the participant typed before an interruption."""
 
-    def expire(self, elapsed_s: float) -> ScreenResult | None:
+    def expire(self, elapsed_s: float) -> Reply | None:
         """Return the screen's result if its time limit has passed."""
 
 

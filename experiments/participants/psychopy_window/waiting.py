@@ -9,13 +9,11 @@ from typing import TYPE_CHECKING
 from slipscale.experiments.participants.psychopy_window import scene
 from slipscale.experiments.participants.psychopy_window.scene import Scene, Text
 from slipscale.experiments.participants.psychopy_window.screen_texts import (
-    ScreenResult,
     go_on_key,
     naming_key,
     remaining,
 )
-from slipscale.experiments.steps.questions import NumberQuestion, WholeNumberQuestion
-from slipscale.experiments.steps.replies import FEEL_AGAIN
+from slipscale.experiments.steps.replies import FEEL_AGAIN, Reply
 
 if TYPE_CHECKING:
     from slipscale.experiments.steps.steps import Adjust, Ask, Explore, Feedback, Instruct, Rest
@@ -36,7 +34,7 @@ class Unmoved:
 
     def point(  # the pointer has no effect
         self, _x: float, _y: float, _elapsed_s: float, *, dragged: bool
-    ) -> ScreenResult | None:
+    ) -> Reply | None:
         """Do nothing."""
         del dragged
         return None
@@ -56,10 +54,10 @@ class Waiting(Unmoved):
         self._minimum_s = minimum_s
         self._maximum_s = maximum_s
 
-    def press(self, character: str, elapsed_s: float) -> ScreenResult | None:
+    def press(self, character: str, elapsed_s: float) -> Reply | None:
         """End the screen if the continue key is pressed after the minimum time has passed."""
         if character.casefold() == self._go_on and elapsed_s >= self._minimum_s:
-            return ScreenResult()
+            return Reply()
         return None
 
     def erase(self) -> None:
@@ -68,10 +66,10 @@ class Waiting(Unmoved):
     def offer(self, typed: str) -> None:
         """Do nothing, because the screen has no text field."""
 
-    def expire(self, elapsed_s: float) -> ScreenResult | None:
+    def expire(self, elapsed_s: float) -> Reply | None:
         """Return a time-out if the maximum duration of the screen has passed."""
         if self._maximum_s is not None and elapsed_s >= self._maximum_s:
-            return ScreenResult(timed_out=True)
+            return Reply(timed_out=True)
         return None
 
     def wait_s(self, elapsed_s: float) -> int:
@@ -185,13 +183,13 @@ class Telling(Waiting):
         """Return the text."""
         return scene.message(self._step.text.strip())
 
-    def press(self, character: str, elapsed_s: float) -> ScreenResult | None:  # noqa: ARG002
+    def press(self, character: str, elapsed_s: float) -> Reply | None:  # noqa: ARG002
         """Ignore the key."""
         return None
 
-    def expire(self, elapsed_s: float) -> ScreenResult | None:
+    def expire(self, elapsed_s: float) -> Reply | None:
         """End the screen after its duration, without reporting a time-out."""
-        return ScreenResult() if elapsed_s >= self._step.duration_s else None
+        return Reply() if elapsed_s >= self._step.duration_s else None
 
 
 class Listening(Waiting):
@@ -200,8 +198,7 @@ class Listening(Waiting):
     def __init__(self, step: Ask, texts: Texts) -> None:
         super().__init__(texts, maximum_s=step.time_limit_s)
         self._texts = texts
-        said = isinstance(step.question, NumberQuestion | WholeNumberQuestion)
-        self._prompt = step.question.prompt.strip() if said else ""
+        self._prompt = step.question.prompt.strip() if step.question.SPOKEN else ""
 
     def scene(self, elapsed_s: float) -> Scene:
         """Return the question and a request to answer aloud. Operator decisions are not shown."""
@@ -213,7 +210,7 @@ class Listening(Waiting):
             *remaining(self._maximum_s, elapsed_s, self._texts, y=0.43),
         )
 
-    def press(self, character: str, elapsed_s: float) -> ScreenResult | None:  # noqa: ARG002
+    def press(self, character: str, elapsed_s: float) -> Reply | None:  # noqa: ARG002
         """Ignore the key."""
         return None
 
@@ -239,9 +236,9 @@ class Adjusting(Waiting):
         keys = scene.key_row(labels, meanings, y=0.0, touch=by_touch(self._texts))
         return (task, *keys, *left, *going_on(self._texts, "window.turned"))
 
-    def press(self, character: str, elapsed_s: float) -> ScreenResult | None:
+    def press(self, character: str, elapsed_s: float) -> Reply | None:
         """End the screen on the key to continue, or on the key to feel the reference again."""
         again = self._texts["window.again_key"].casefold()
         if self._step.again and character.casefold() == again:
-            return ScreenResult(value=FEEL_AGAIN)
+            return Reply(value=FEEL_AGAIN)
         return super().press(character, elapsed_s)

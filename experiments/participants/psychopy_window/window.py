@@ -16,7 +16,6 @@ from slipscale.experiments.participants.psychopy_window.entry import ENTER, ERAS
 from slipscale.experiments.participants.psychopy_window.keyboard import Key, Keyboard
 from slipscale.experiments.participants.psychopy_window.pointing import Pointing
 from slipscale.experiments.participants.psychopy_window.scene import Scene
-from slipscale.experiments.participants.psychopy_window.screen_texts import ScreenResult
 from slipscale.experiments.participants.psychopy_window.screens import Screen, screen_for
 from slipscale.experiments.steps.replies import Reply
 from slipscale.experiments.steps.steps import Adjust, ParticipantStep
@@ -154,6 +153,16 @@ class PsychoPyWindow:
     def _perform(self, screen: Screen, watch: Watch, turn: Turn | None = None) -> Reply:
         onset_s = self._show_first(screen, watch)
         away_s = 0.0
+
+        def timed(outcome: Reply, elapsed_s: float | None, source: str) -> Reply:
+            return replace(
+                outcome,
+                onset_s=onset_s,
+                response_time_s=elapsed_s,
+                time_source=source,
+                rejected=tuple(screen.rejected),
+            )
+
         while True:
             notches = 0
             for key in self._touched(self._poll()):
@@ -168,10 +177,10 @@ class PsychoPyWindow:
                     notches = 0
                 outcome = self._hand_over(key, screen, elapsed_s)
                 if outcome:
-                    return reply(screen, outcome, onset_s, elapsed_s, key.source)
+                    return timed(outcome, elapsed_s, key.source)
             outcome = screen.expire(self._clock.now() - onset_s - away_s)
             if outcome:
-                return reply(screen, outcome, onset_s, None, "window")
+                return timed(outcome, None, "window")
             if notches and turn:
                 turn(notches)
             watch()
@@ -179,7 +188,7 @@ class PsychoPyWindow:
                 screen.see(*self.cursor_mm)
             self._show(screen.scene(self._clock.now() - onset_s - away_s))
 
-    def _hand_over(self, key: Key, screen: Screen, elapsed_s: float) -> ScreenResult | None:
+    def _hand_over(self, key: Key, screen: Screen, elapsed_s: float) -> Reply | None:
         if key.kind != "point" or elapsed_s < 0:
             return hand_over(key, screen, elapsed_s)
         x, y = self.display.place(key.x, key.y)
@@ -256,7 +265,7 @@ class PsychoPyWindow:
             self._show(screen.scene(self._clock.now() - onset_s))
 
 
-def hand_over(key: Key, screen: Screen, elapsed_s: float) -> ScreenResult | None:
+def hand_over(key: Key, screen: Screen, elapsed_s: float) -> Reply | None:
     """Pass a key to a screen, unless it was pressed too early or is an automatic repeat."""
     if key.kind in ("escape", "point") or elapsed_s < 0:
         return None
@@ -269,17 +278,3 @@ def hand_over(key: Key, screen: Screen, elapsed_s: float) -> ScreenResult | None
     if key.repeated and (screen.single_key or key.character == ENTER):
         return None
     return screen.press(key.character, elapsed_s)
-
-
-def reply(
-    screen: Screen, outcome: ScreenResult, onset_s: float, elapsed_s: float | None, source: str
-) -> Reply:
-    """Convert a screen's outcome to a reply."""
-    return Reply(
-        value=outcome.value,
-        onset_s=onset_s,
-        response_time_s=elapsed_s,
-        time_source=source,
-        timed_out=outcome.timed_out,
-        rejected=tuple(screen.rejected),
-    )

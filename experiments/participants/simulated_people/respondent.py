@@ -34,13 +34,7 @@ from slipscale.experiments.protocol_parts.simulated_answers import (
     SimulatedPerson,
     misfit,
 )
-from slipscale.experiments.steps.questions import (
-    CONSENT,
-    ChoiceQuestion,
-    PointingQuestion,
-    Selection,
-    WholeNumberQuestion,
-)
+from slipscale.experiments.steps.questions import CONSENT
 from slipscale.experiments.steps.replies import Reply
 from slipscale.experiments.steps.steps import Adjust, Ask, Explore, Feedback, Instruct, Rest
 from slipscale.experiments.steps.trial import Value, factor_level
@@ -164,8 +158,7 @@ class Respondent:
         deviate = self.stream(step.name, "time").normal()
         time_s = people.answer_s * self.pace * math.exp(people.answer_sigma * deviate)
         value = self._value(step)
-        if isinstance(step.question, PointingQuestion) and (moved := Selection.of(value)):
-            time_s += moved.time_s  # until here, time_s was the time to reach the start
+        time_s += step.question.movement_s(value)
         time_s = self._own_duration_s(step, time_s)
         if step.time_limit_s is not None and time_s > step.time_limit_s:
             return Reply(response_time_s=step.time_limit_s, timed_out=True)
@@ -291,15 +284,9 @@ class Respondent:
         """Return the answer to a task question or to a question about the person."""
         if step.trial or step.task:
             return self.told(step)
-        question, stream = step.question, self.stream(step.name)
-        if isinstance(question, WholeNumberQuestion):
-            span = question.maximum - question.minimum + 1
-            return float(question.minimum + int(stream.uniform() * span))
         if step.name == CONSENT:
             return "yes"  # people who do not consent do not participate
-        if isinstance(question, ChoiceQuestion):
-            return stream.choice(question.options)[0]
-        raise TypeError(f"no simulated answer to {type(question).__name__}")
+        return step.question.drawn(self.stream(step.name))
 
     def _own_duration_s(self, step: Explore | Ask, usual_s: float) -> float:
         """Return a step's duration: ``usual_s``, unless the package's behaviour sets another."""

@@ -13,24 +13,20 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from slipscale.experiments.journal.serialisation import answer_record, step_record
-from slipscale.experiments.participants.base import Participant, StopRequested, Unfinished, Watch
-from slipscale.experiments.session.markers import Event, Markers
+from slipscale.experiments.participants.base import StopRequested, Unfinished, Watch
+from slipscale.experiments.session.markers import Event
 from slipscale.experiments.steps.questions import CONSENT
 from slipscale.experiments.steps.replies import BACK, NO_SOUND, Reply
 from slipscale.experiments.steps.steps import Ask, Feedback, Played
 from slipscale.faults import UserError
 
 if TYPE_CHECKING:
-    from slipscale.experiments.journal.journal import Journal
     from slipscale.experiments.journal.record import Record
     from slipscale.experiments.session.interruptions import Interruptions
-    from slipscale.experiments.session.masking_noise import Noise
     from slipscale.experiments.session.measured_contact import Contact
     from slipscale.experiments.session.operator_answers import OperatorAnswers
-    from slipscale.experiments.session.progress import Progress
+    from slipscale.experiments.session.parts import Parts
     from slipscale.experiments.session.question_sounds import Sounds
-    from slipscale.experiments.session.surface_state import SurfaceState
-    from slipscale.hardware.clock import Clock
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -39,21 +35,16 @@ class Asking:
 
     Parameters
     ----------
-    surface, participant, journal, clock, noise, sounds, markers, progress, contact,
-    interruptions, operator_answers
-        Components of the session.
+    parts : Parts
+        Components that the session's actions share.
+    sounds, contact, interruptions, operator_answers
+        Further components of the session.
     wait : callable
         Shows the operator that the session is waiting for the participant.
     """
 
-    surface: SurfaceState
-    participant: Participant
-    journal: Journal
-    clock: Clock
-    noise: Noise
+    parts: Parts
     sounds: Sounds
-    markers: Markers
-    progress: Progress
     contact: Contact
     interruptions: Interruptions
     operator_answers: OperatorAnswers
@@ -66,12 +57,12 @@ class Asking:
         contains both answers. If the session is killed before the second answer, the resumed run
         repeats the question.
         """
-        before = self.progress.before(step) if step.by == "participant" else None
+        before = self.parts.progress.before(step) if step.by == "participant" else None
         while True:
             reply = self._answer_once(replace(step, back=before is not None))
             if before is None or reply.value != BACK:
                 return reply
-            self.journal.write("ask_again", what=step_record(before))
+            self.parts.journal.write("ask_again", what=step_record(before))
             self._again(before)
 
     def repeat_requested(self) -> None:
@@ -82,7 +73,7 @@ class Asking:
     def _again(self, question: Ask) -> None:
         """Repeat a question; the new answer replaces the old one."""
         reply = self.interruptions.attempt(partial(self._ask_apart, question))
-        self.journal.write(
+        self.parts.journal.write(
             "answered_again", what=step_record(question), answer=answer_record(reply)
         )
         if question.name == CONSENT and isinstance(reply, Reply) and reply.value == "no":
@@ -90,30 +81,30 @@ class Asking:
 
     def _ask_apart(self, question: Ask) -> Reply:
         """Ask a question while the plate is silent. The current surface is lost."""
-        self.surface.hush()
-        self.noise.stop()
+        self.parts.surface.hush()
+        self.parts.noise.stop()
         self.wait()
         return self.answer(question)
 
     def _answer_once(self, step: Ask) -> Reply:
         """Obtain the answer to a question. If interrupted, record what has been entered so far."""
-        begun = _last_unfinished(self.journal.records, step)
-        self.participant.unfinished = begun
+        begun = _last_unfinished(self.parts.journal.records, step)
+        self.parts.participant.unfinished = begun
         try:
             with self.contact.measured(step, self.interruptions.watch) as watch:
                 if step.played and not self._hear(step, step.played, watch):
-                    return Reply(value=NO_SOUND, onset_s=self.clock.now())
+                    return Reply(value=NO_SOUND, onset_s=self.parts.clock.now())
                 if step.by == "operator":
-                    reply = self.operator_answers.await_answer(step, self.participant, watch)
+                    reply = self.operator_answers.await_answer(step, self.parts.participant, watch)
                 else:
-                    reply = self.participant.perform(step, watch)
+                    reply = self.parts.participant.perform(step, watch)
         except UserError:
             raise  # usually the journal itself failed, so nothing can be recorded
         except BaseException:
-            left = self.participant.unfinished
+            left = self.parts.participant.unfinished
             if left != begun:
                 trial = step.trial.number if step.trial else None
-                self.journal.write(
+                self.parts.journal.write(
                     "unfinished",
                     name=step.name,
                     trial=trial,
@@ -121,19 +112,19 @@ class Asking:
                     rejected=left.rejected,
                 )
             raise
-        self.markers.mark(Event.ANSWER, step)
+        self.parts.markers.mark(Event.ANSWER, step)
         return reply
 
     def _hear(self, step: Ask, played: Played, watch: Watch) -> bool:
         """Play a sound while the participant listens; return whether the sound could be played."""
         if self.sounds.missing:
-            self.journal.write(NO_SOUND, name=step.name, reason=self.sounds.missing)
-            self.progress.warn(f"no headphone test: {self.sounds.missing}")
+            self.parts.journal.write(NO_SOUND, name=step.name, reason=self.sounds.missing)
+            self.parts.progress.warn(f"no headphone test: {self.sounds.missing}")
             return False
         self.sounds.start(played.sound)
         try:
             listening = Feedback(text=played.text, duration_s=played.sound.duration_s)
-            self.participant.perform(listening, watch)
+            self.parts.participant.perform(listening, watch)
         finally:
             self.sounds.stop()
         return True

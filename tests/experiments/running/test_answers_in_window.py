@@ -14,6 +14,7 @@ from slipscale.experiments.participants.psychopy_window import PsychoPyWindow, s
 from slipscale.experiments.participants.psychopy_window.entry import CLEAR, ENTER, is_long
 from slipscale.experiments.running.begin_or_resume import plate_for, run_plan
 from slipscale.experiments.session.operator import Request, UnattendedOperator
+from slipscale.experiments.session.parts import Setup
 from slipscale.experiments.session.question_sounds import ImaginedSounds
 from slipscale.experiments.steps.questions import ChoiceQuestion, ComparisonQuestion, NumberQuestion
 from slipscale.experiments.steps.steps import Ask, Feedback
@@ -148,13 +149,15 @@ def test_a_session_is_answered_by_touch_alone_or_aloud(way, plan, tmp_path, monk
     with Journal.create(made.journal_path(tmp_path), clock) as journal, plate, window:
         outcome = run_plan(
             made,
+            Setup(
+                plate=plate,
+                participant=window,
+                journal=journal,
+                clock=clock,
+                operator=Hand(window, touch=way == "touch"),
+                sounds=ImaginedSounds(),
+            ),
             spec="mock",
-            plate=plate,
-            participant=window,
-            journal=journal,
-            clock=clock,
-            operator=Hand(window, touch=way == "touch"),
-            sounds=ImaginedSounds(),
         )
     assert outcome == "complete"
     assert build_dataset(tmp_path) == []

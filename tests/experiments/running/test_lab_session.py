@@ -382,7 +382,7 @@ def test_the_operator_is_shown_the_notes_on_the_plate(window, tmp_path, monkeypa
     monkeypatch.setattr(
         lab_session,
         "run_plan",
-        lambda *plan, **rest: shown.extend(rest["warnings"]) or whole(*plan, **rest),
+        lambda plan, setup, **rest: shown.extend(setup.warnings) or whole(plan, setup, **rest),
     )
     stopped(tmp_path, window)
     assert shown == [note]

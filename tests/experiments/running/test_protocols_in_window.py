@@ -13,6 +13,7 @@ from slipscale.experiments.journal.plan_and_progress import read_plan
 from slipscale.experiments.participants.psychopy_window import PsychoPyWindow
 from slipscale.experiments.running.begin_or_resume import plate_for, run_plan
 from slipscale.experiments.session.operator import UnattendedOperator
+from slipscale.experiments.session.parts import Setup
 from slipscale.experiments.steps.questions import (
     NumberQuestion,
     VisualAnalogueQuestion,
@@ -200,12 +201,14 @@ def test_a_protocol_is_played_to_its_end_in_the_window(name, display, plan, tmp_
     with Journal.create(path, clock) as journal, plate, window:
         outcome = run_plan(
             made,
+            Setup(
+                plate=plate,
+                participant=window,
+                journal=journal,
+                clock=clock,
+                operator=Hand(window, made.texts()["window.yes_key"]),
+            ),
             spec="mock",
-            plate=plate,
-            participant=window,
-            journal=journal,
-            clock=clock,
-            operator=Hand(window, made.texts()["window.yes_key"]),
         )
     assert outcome == "complete"
     gathered = gather(read_plan(path)[1])

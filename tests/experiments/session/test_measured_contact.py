@@ -25,6 +25,7 @@ from slipscale.experiments.running.begin_or_resume import run_plan
 from slipscale.experiments.running.contact_sources import ContactSpecs, NamedSource
 from slipscale.experiments.running.pilot import run_pilot, run_simulated
 from slipscale.experiments.session.operator import UnattendedOperator
+from slipscale.experiments.session.parts import Setup
 from slipscale.experiments.session.resonance_tracking import ResonanceTracking
 from slipscale.experiments.study.run_plan import RunPlan
 from slipscale.faults import UserError
@@ -318,8 +319,10 @@ def followed_errors(laboratory, a_plan, looks, pairs):
         )
         source = looks(Surroundings(clock=clock, finger=person.finger), rate_hz=500.0, noise=0.0)
         run_plan(
-            a_plan, spec="mock", plate=plate, participant=person, journal=journal, clock=clock,
-            operator=UnattendedOperator(),
+            a_plan,
+            Setup(plate=plate, participant=person, journal=journal, clock=clock,
+                  operator=UnattendedOperator()),
+            spec="mock",
             sources={"position": NamedSource(spec="simulated", source=source)},
         )  # fmt: skip
     return [abs(amplitude - WAVES.level_at(place)) for place, amplitude in pairs]
@@ -419,9 +422,11 @@ def tracked_run(laboratory, a_plan, plate, every_s):
             respondent_of(a_plan), feel=plate.vibration_level, clock=plate.clock
         )
         run_plan(
-            a_plan, spec="mock", plate=plate, participant=person, journal=journal,
-            clock=plate.clock, operator=UnattendedOperator(),
-            tracking=ResonanceTracking(plate, plate, every_s),
+            a_plan,
+            Setup(plate=plate, participant=person, journal=journal, clock=plate.clock,
+                  operator=UnattendedOperator(),
+                  tracking=ResonanceTracking(plate, plate, every_s)),
+            spec="mock",
         )  # fmt: skip
     return read_plan(path)[1]
 

@@ -112,7 +112,7 @@ def test_a_decision_is_one_key_and_more_characters_are_refused(question, wrong, 
     assert len(said) == len(wrong)
     with pytest.raises(_Given) as given:
         answers.take(right)
-    assert given.value.value == value
+    assert given.value.reply.value == value
 
 
 def test_an_answer_that_nobody_waits_for_is_refused(laboratory, plan):

@@ -8,7 +8,6 @@ from slipscale.experiments.languages.texts import languages, load_texts
 from slipscale.experiments.participants.psychopy_window.entry import (
     CLEAR,
     ENTER,
-    Accepted,
     KeyEntry,
     Refused,
     TypedEntry,
@@ -23,6 +22,7 @@ from slipscale.experiments.steps.questions import (
     WholeNumberQuestion,
     YesNoQuestion,
 )
+from slipscale.experiments.steps.replies import Reply
 from slipscale.faults import UserError
 
 NUMBER = NumberQuestion(prompt="How slippery?")
@@ -47,7 +47,7 @@ def type_in(entry, characters):
     ],
 )  # fmt: skip
 def test_a_number_is_read_as_people_type_it(typed, value):
-    assert judge_number(typed) == Accepted(value)
+    assert judge_number(typed) == Reply(value=value)
 
 
 @pytest.mark.parametrize(
@@ -71,9 +71,9 @@ def test_what_is_no_number_is_refused_with_its_reason(typed, reason):
 
 
 def test_zero_is_an_answer_unless_a_positive_number_is_asked_for():
-    assert judge_number("0") == Accepted(0.0)
+    assert judge_number("0") == Reply(value=0.0)
     assert judge_number("0", positive=True).reason == "window.not_positive"
-    assert judge_number("0.01", positive=True) == Accepted(0.01)
+    assert judge_number("0.01", positive=True) == Reply(value=0.01)
 
 
 def test_no_entry_yields_a_negative_zero():
@@ -82,14 +82,14 @@ def test_no_entry_yields_a_negative_zero():
 
 @given(st.decimals(min_value=0, max_value=10**9, places=2))
 def test_every_number_with_two_decimals_survives_typing_with_point_and_comma(value):
-    assert judge_number(f"{value:f}") == Accepted(float(value))
-    assert judge_number(f"{value:f}".replace(".", ",")) == Accepted(float(value))
+    assert judge_number(f"{value:f}") == Reply(value=float(value))
+    assert judge_number(f"{value:f}".replace(".", ",")) == Reply(value=float(value))
 
 
 @given(st.text(max_size=30))
 def test_whatever_is_typed_is_either_a_finite_answer_or_explained(typed):
     verdict = judge_number(typed)
-    if isinstance(verdict, Accepted):
+    if isinstance(verdict, Reply):
         assert math.isfinite(verdict.value)
         assert verdict.value >= 0
     else:
@@ -103,7 +103,7 @@ def test_the_last_character_is_taken_back():
     type_in(entry, "125")
     entry.erase()
     entry.press(",")
-    assert type_in(entry, "5\r") == Accepted(12.5)
+    assert type_in(entry, "5\r") == Reply(value=12.5)
 
 
 def test_nothing_is_taken_back_from_nothing():
@@ -121,7 +121,7 @@ def test_a_refused_entry_leaves_an_empty_line():
 @given(st.text(st.characters(codec="utf-8", exclude_categories=["C", "Z"]), min_size=1, max_size=5))
 def test_free_text_is_kept_word_for_word(words):
     entry = TypedEntry(TEXT)
-    assert type_in(entry, words + ENTER) == Accepted(words)
+    assert type_in(entry, words + ENTER) == Reply(value=words)
 
 
 def test_free_text_that_is_blank_is_asked_for_again():
@@ -144,7 +144,7 @@ def test_control_characters_are_no_text():
 def test_yes_and_no_are_the_language_s_own_keys_in_either_case(language, yes, no):
     question = YesNoQuestion(prompt="Different?")
     for key, value in ((yes, True), (yes.upper(), True), (no, False), (no.upper(), False)):
-        assert entry_for(question, load_texts(language)).press(key) == Accepted(value)
+        assert entry_for(question, load_texts(language)).press(key) == Reply(value=value)
 
 
 def test_another_key_is_refused_with_the_keys_there_are():
@@ -155,7 +155,7 @@ def test_another_key_is_refused_with_the_keys_there_are():
 @pytest.mark.parametrize("key, code", [("1", "guess"), ("2", "sure"), ("é", "sure")])
 def test_a_number_key_chooses_also_unshifted_on_a_french_keyboard(key, code):
     question = ChoiceQuestion(prompt="?", options=(("guess", "a guess"), ("sure", "sure")))
-    assert entry_for(question, TEXTS).press(key) == Accepted(code)
+    assert entry_for(question, TEXTS).press(key) == Reply(value=code)
 
 
 @pytest.mark.parametrize("key", ["0", "3", "a", "ç", ENTER])
@@ -188,7 +188,7 @@ def many():
 )
 def test_one_of_many_is_named_by_its_number_and_enter(many, typed, code):
     assert type_in(many, typed) is None
-    assert many.press(ENTER) == Accepted(code)
+    assert many.press(ENTER) == Reply(value=code)
 
 
 @pytest.mark.parametrize(
@@ -198,7 +198,7 @@ def test_one_of_many_is_named_by_its_number_and_enter(many, typed, code):
 def test_one_of_many_is_moved_to_with_the_arrow_keys_or_the_wheel(many, turns, code):
     for notches in turns:
         many.turn(notches)
-    assert many.press(ENTER) == Accepted(code)
+    assert many.press(ENTER) == Reply(value=code)
 
 
 @pytest.mark.parametrize("typed", ["0", "13", "99", "00"])
@@ -213,7 +213,7 @@ def test_a_number_that_none_of_many_has_is_refused_and_kept(many, typed):
 def test_what_is_no_digit_leaves_the_number_of_one_of_many_as_it_is(many, key):
     many.press("1")
     assert many.press(key).entry == f"1{key}"
-    assert many.press(ENTER) == Accepted("a")
+    assert many.press(ENTER) == Reply(value="a")
     many.press("2")
     assert many.press("3").entry == "123"
     many.erase()
@@ -223,7 +223,7 @@ def test_what_is_no_digit_leaves_the_number_of_one_of_many_as_it_is(many, key):
 def test_a_key_entry_has_nothing_to_take_back():
     entry = KeyEntry({"y": True})
     entry.erase()
-    assert entry.press("y") == Accepted(value=True)
+    assert entry.press("y") == Reply(value=True)
 
 
 AGE = WholeNumberQuestion(prompt="How old?", minimum=18, maximum=99)
@@ -231,7 +231,7 @@ AGE = WholeNumberQuestion(prompt="How old?", minimum=18, maximum=99)
 
 @pytest.mark.parametrize("typed, value", [("18", 18.0), ("99", 99.0), (" 034 ", 34.0)])
 def test_a_whole_number_within_its_bounds_is_accepted(typed, value):
-    assert type_in(TypedEntry(AGE), typed + ENTER) == Accepted(value)
+    assert type_in(TypedEntry(AGE), typed + ENTER) == Reply(value=value)
 
 
 @pytest.mark.parametrize(

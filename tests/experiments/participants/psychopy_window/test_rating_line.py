@@ -6,10 +6,10 @@ from slipscale.experiments.languages.texts import languages, load_texts
 from slipscale.experiments.participants.psychopy_window import scene
 from slipscale.experiments.participants.psychopy_window.keyboard import Key
 from slipscale.experiments.participants.psychopy_window.rating_line import DONE, LINE_LENGTH, LINE_Y
-from slipscale.experiments.participants.psychopy_window.screen_texts import ScreenResult
 from slipscale.experiments.participants.psychopy_window.screens import screen_for
 from slipscale.experiments.participants.psychopy_window.window import hand_over
 from slipscale.experiments.steps.questions import NumberQuestion, VisualAnalogueQuestion
+from slipscale.experiments.steps.replies import Reply
 from slipscale.experiments.steps.steps import Ask
 
 TEXTS = load_texts("en")
@@ -70,7 +70,7 @@ def test_a_start_that_is_shown_is_no_answer_until_the_mark_was_put(make):
     screen.move(1)
     screen.move(-1)
     assert "place the mark" not in words(screen)
-    assert screen.press(" ", 1.0) == ScreenResult(value=30.0)
+    assert screen.press(" ", 1.0) == Reply(value=30.0)
 
 
 @pytest.mark.parametrize("key", [" ", "\r"])
@@ -78,7 +78,7 @@ def test_by_keys_alone_the_mark_is_moved_and_handed_in(make, key):
     screen = make()
     for kind, notches in (("move", 1), ("turn", 5), ("move", -1), ("turn", -5), ("move", 1)):
         assert hand_over(Key(kind, "", 0.0, notches=notches), screen, 1.0) is None
-    assert hand_over(Key("character", key, 0.0), screen, 1.0) == ScreenResult(value=32.0)
+    assert hand_over(Key("character", key, 0.0), screen, 1.0) == Reply(value=32.0)
 
 
 def test_a_click_puts_the_mark_to_the_nearest_place_and_one_below_hands_it_in(make):
@@ -87,7 +87,7 @@ def test_a_click_puts_the_mark_to_the_nearest_place_and_one_below_hands_it_in(ma
     assert mark(screen) == 61.5
     click(screen, 80.2, dragged=True)
     assert screen.point(0.0, DONE.y, 1.0, dragged=True) is None  # the hand slid there
-    assert screen.point(0.0, DONE.y, 1.0, dragged=False) == ScreenResult(value=80.0)
+    assert screen.point(0.0, DONE.y, 1.0, dragged=False) == Reply(value=80.0)
 
 
 def test_a_click_elsewhere_is_none(make):
@@ -110,14 +110,14 @@ def test_every_place_reached_is_one_of_the_resolution_s(make):
     screen = make(resolution=0.1, key_step=0.1, start=0.0)
     for _ in range(3):
         screen.move(1)
-    assert screen.press(" ", 1.0) == ScreenResult(value=0.3)
+    assert screen.press(" ", 1.0) == Reply(value=0.3)
 
 
 def test_a_mark_put_too_late_is_none(make):
     screen = make(limit_s=5.0)
     screen.move(1)
     assert screen.press(" ", 5.0) is None
-    assert screen.expire(5.0) == ScreenResult(timed_out=True)
+    assert screen.expire(5.0) == Reply(timed_out=True)
     assert screen.expire(4.99) is None
 
 

@@ -9,7 +9,6 @@ from slipscale.experiments.participants.psychopy_window import scene
 from slipscale.experiments.participants.psychopy_window.asking import Stopping
 from slipscale.experiments.participants.psychopy_window.entry import CLEAR, ENTER, ERASE
 from slipscale.experiments.participants.psychopy_window.keyboard import Key, claim
-from slipscale.experiments.participants.psychopy_window.screen_texts import ScreenResult
 from slipscale.experiments.participants.psychopy_window.screens import screen_for
 from slipscale.experiments.participants.psychopy_window.window import hand_over
 from slipscale.experiments.steps.questions import (
@@ -18,7 +17,7 @@ from slipscale.experiments.steps.questions import (
     TextQuestion,
     YesNoQuestion,
 )
-from slipscale.experiments.steps.replies import BACK
+from slipscale.experiments.steps.replies import BACK, Reply
 from slipscale.experiments.steps.steps import Ask, Explore, Instruct, Rest
 
 TEXTS = load_texts("en")
@@ -48,7 +47,7 @@ def test_exploring_says_how_long_it_lasts_at_least(elapsed_s, said):
 def test_the_space_bar_works_from_the_minimum_on():
     screen = screen_for(Explore(text="Stroke.", minimum_s=5.0), TEXTS)
     assert screen.press(" ", 4.99) is None
-    assert screen.press(" ", 5.0) == ScreenResult()
+    assert screen.press(" ", 5.0) == Reply()
 
 
 def test_the_countdown_runs_from_full_to_empty():
@@ -57,7 +56,7 @@ def test_the_countdown_runs_from_full_to_empty():
     assert filled(screen.scene(7.5)) == 0.25
     assert "3 s left" in words(screen.scene(7.5))
     assert screen.expire(9.99) is None
-    assert screen.expire(10.0) == ScreenResult(timed_out=True)
+    assert screen.expire(10.0) == Reply(timed_out=True)
 
 
 def test_without_a_maximum_nothing_counts_down():
@@ -77,7 +76,7 @@ def test_an_answer_given_in_time_counts_and_a_late_one_does_not():
     screen = screen_for(NUMBER, TEXTS)
     screen.press("7", 9.0)
     assert screen.press("\r", 10.0) is None
-    assert screen.press("\r", 9.99) == ScreenResult(value=7.0)
+    assert screen.press("\r", 9.99) == Reply(value=7.0)
 
 
 def test_a_wrong_entry_is_explained_until_the_next_key():
@@ -129,19 +128,19 @@ def test_every_key_of_the_number_pad_enters_what_it_shows():
     screen = screen_for(NUMBER, TOUCH)
     assert touched(screen, *"1234567890.5") is None
     assert screen.typed == "1234567890.5"
-    assert touched(screen, ERASE, ERASE, ENTER) == ScreenResult(value=1234567890.0)
+    assert touched(screen, ERASE, ERASE, ENTER) == Reply(value=1234567890.0)
 
 
 def test_the_decimal_sign_of_the_number_pad_is_the_languages():
     french = {**load_texts("fr"), "window.touch": "yes"}
     screen = screen_for(NUMBER, french)
-    assert touched(screen, "2", ",", "5", ENTER) == ScreenResult(value=2.5)
+    assert touched(screen, "2", ",", "5", ENTER) == Reply(value=2.5)
 
 
 def test_on_a_touch_screen_all_is_answered_by_touch_and_by_keys_alike():
     assert touched(screen_for(YES_NO, TOUCH), "y").value is True
-    assert touched(screen_for(Instruct(text="Read."), TOUCH), " ") == ScreenResult()
-    assert touched(screen_for(Rest(text="Relax.", done=1, total=2), TOUCH), " ") == ScreenResult()
+    assert touched(screen_for(Instruct(text="Read."), TOUCH), " ") == Reply()
+    assert touched(screen_for(Rest(text="Relax.", done=1, total=2), TOUCH), " ") == Reply()
     options = (("a", "a guess"), ("b", "certain"))
     few = Ask(name="x", question=ChoiceQuestion(prompt="?", options=options))
     assert touched(screen_for(few, TOUCH), "2").value == "b"
@@ -227,7 +226,7 @@ def test_backspace_in_an_empty_field_returns_to_the_question_before(touch):
     screen.press("7", 1.0)
     assert hand_over(erase, screen, 1.0) is None
     assert hand_over(replace(erase, repeated=True), screen, 1.0) is None  # held since the digit
-    assert hand_over(erase, screen, 1.0) == ScreenResult(value=BACK)
+    assert hand_over(erase, screen, 1.0) == Reply(value=BACK)
     said = TEXTS["window.back_touch" if touch == "yes" else "window.back"]
     assert said in [item.content for item in screen.scene(0.0) if isinstance(item, scene.Text)]
 
@@ -255,10 +254,10 @@ def test_a_held_key_neither_answers_nor_hands_in_an_entry():
     number = screen_for(NUMBER, TEXTS)
     hand_over(Key("character", "7", 1.0, repeated=True), number, 1.0)
     assert hand_over(Key("character", "\r", 1.0, repeated=True), number, 1.0) is None
-    assert hand_over(Key("character", "\r", 1.0), number, 1.0) == ScreenResult(value=7.0)
+    assert hand_over(Key("character", "\r", 1.0), number, 1.0) == Reply(value=7.0)
 
 
 def test_a_key_from_before_the_screen_is_no_answer_to_it():
     screen = screen_for(YES_NO, TEXTS)
     assert hand_over(Key("character", "y", 1.0), screen, -0.001) is None
-    assert hand_over(Key("character", "y", 1.0), screen, 0.001) == ScreenResult(value=True)
+    assert hand_over(Key("character", "y", 1.0), screen, 0.001) == Reply(value=True)
