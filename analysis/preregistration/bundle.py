@@ -16,7 +16,7 @@ from pydantic import ValidationError
 
 from slipscale.analysis.preregistration.manifest import FORMAT, MANIFEST, STUDY, Manifest
 from slipscale.faults import UserError
-from slipscale.faults.validation import in_words
+from slipscale.faults.validation import faults_in, sentences
 
 ZIP = ".zip"
 #: Fixed date for zip entries, the earliest that the format supports.
@@ -156,7 +156,7 @@ def _manifest(path: Path, content: bytes) -> Manifest:
 
 
 def _first(error: ValidationError) -> str:
-    return in_words(error).partition("; ")[0]
+    return sentences(faults_in(error), lambda _: 0)[0].whole
 
 
 def _of_folder(path: Path) -> dict[str, bytes]:

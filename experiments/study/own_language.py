@@ -157,12 +157,12 @@ def check_words(study: Study, source: str) -> None:
     later version of Slipscale adds or removes texts.
     """
     faults = [
-        (0, f"texts.{language}{f'.{key}' if key else ''}: {sentence}")
+        (("texts", language, *filter(None, key.split("."))), {"msg": sentence})
         for language, table in study.texts.items()
         for key, sentence in _faults(study, language, flatten(table), source)
     ]
     if faults:
-        raise complaint(source, faults)
+        raise complaint(source, sentences(faults, lambda _: 0))
 
 
 def _faults(study: Study, language: str, own: Texts, source: str) -> Iterator[tuple[str, str]]:

@@ -146,7 +146,7 @@ class Console:
             html = self._rendered(
                 "study_edit.html", shown | {"t": view.t, "read_only": False, "found": view.found}
             )
-            faults = [(each.line, each.whole) for each in shown["told"]]
+            faults = [(each.line, view.t.say(each.whole)) for each in shown["told"]]
             return {"text": text, "html": html, "faults": faults}
 
         return await self._answer(request, edited)
