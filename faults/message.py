@@ -38,6 +38,8 @@ class Message(str):
 
     def __new__(cls, template: str, /, **values: object) -> Self:
         """Write the text from its template and values."""
+        if isinstance(template, cls):
+            return template
         kept = {name: _value(each) for name, each in values.items()}
         message = super().__new__(cls, template.format(**kept) if kept else template)
         message.template, message.values = template, kept

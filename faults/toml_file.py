@@ -76,7 +76,9 @@ def read_toml(
         reason = error.strerror if isinstance(error, OSError) else "it is not UTF-8 text"
         if "\0" in str(path):
             reason = "a file name cannot contain a null character"
-        raise UserError(f"{path}: cannot be read ({reason}); expected a TOML file") from None
+        raise UserError(
+            "{path}: cannot be read ({reason}); expected a TOML file", path=path, reason=reason
+        ) from None
     return parse_toml(text, str(path), model, names=names)
 
 
@@ -123,7 +125,9 @@ def _table(text: str, source: str, parse_float: Callable[[str], object]) -> dict
         raise complaint(source, [not_toml(text, str(error))]) from None
     except RecursionError:
         raise UserError(
-            f"{source} has too many nested brackets; expected at most {DEEPEST}"
+            "{source} has too many nested brackets; expected at most {deepest}",
+            source=source,
+            deepest=DEEPEST,
         ) from None
     except ValueError:
         # Python does not read integers with thousands of digits.

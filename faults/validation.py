@@ -245,7 +245,11 @@ def place_in_words(place: Place) -> str:
     words = ""
     for part in place:
         if isinstance(part, int):
-            words = f"item {part + 1} of {words}" if words else f"item {part + 1}"
+            words = (
+                Message("item {part} of {words}", part=part + 1, words=words)
+                if words
+                else Message("item {part}", part=part + 1)
+            )
         elif words.startswith("item "):
             words = f"{part} of {words}"
         else:
