@@ -8,6 +8,9 @@ further type, and nothing has to recognise a finished sentence to translate it.
 
 from __future__ import annotations
 
+import json
+import os
+import sys
 from collections.abc import Iterable, Mapping
 from numbers import Integral, Real
 from typing import Self, cast
@@ -75,6 +78,21 @@ def as_data(text: str) -> Data:
         return str.__str__(text)
     values = {k: as_data(v) if isinstance(v, str) else v for k, v in text.values.items()}
     return {"template": text.template, "values": values}
+
+
+# Environment variable with which the console starts commands: messages are written as data.
+AS_DATA = "SLIPSCALE_MESSAGES_AS_DATA"
+
+
+def output(text: str) -> Data:
+    """Return a text for a command's JSON output: as data if the console started the command."""
+    return as_data(text) if AS_DATA in os.environ else str.__str__(text)
+
+
+def report(kind: str, message: str, line: str) -> None:
+    """Print a line on standard error; write the message as JSON if the console reads it."""
+    as_json = AS_DATA in os.environ
+    print(json.dumps({kind: as_data(message)}) if as_json else line, file=sys.stderr)
 
 
 def from_data(data: object) -> str:

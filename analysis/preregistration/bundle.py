@@ -71,7 +71,9 @@ def write_bundle(out: Path, files: Mapping[str, bytes]) -> None:
             out.parent.mkdir(parents=True, exist_ok=True)
             shutil.move(unfinished, out)
         except OSError as error:
-            raise UserError(f"--out {out}: cannot be written ({error.strerror})") from None
+            raise UserError(
+                "--out {out}: cannot be written ({reason})", out=out, reason=error.strerror
+            ) from None
 
 
 def _write(path: Path, files: Mapping[str, bytes]) -> None:
@@ -90,7 +92,7 @@ def refuse_taken(out: Path) -> None:
     """Raise `UserError` if the path already exists: a plan is frozen only once."""
     if out.exists():
         raise UserError(
-            f"--out {out}: already exists; a plan is frozen only once, so choose a new name"
+            "--out {out}: already exists; a plan is frozen only once, so choose a new name", out=out
         )
 
 

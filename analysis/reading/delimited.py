@@ -96,7 +96,9 @@ def read_bytes(path: Path, most: int = -1) -> bytes:
         with path.open("rb") as file:
             return file.read(most)
     except OSError as error:
-        raise UserError(f"{path}: cannot be read ({error.strerror})") from error
+        raise UserError(
+            "{path}: cannot be read ({reason})", path=path, reason=error.strerror
+        ) from error
 
 
 def digest(content: bytes) -> str:

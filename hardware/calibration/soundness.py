@@ -184,7 +184,10 @@ def changed(calibration: Calibration, before: Calibration) -> str:
     if 1 / (1 + CHANGED) <= ratio <= 1 + CHANGED:
         return ""
     why = mistake(ratio, calibration.drive.amplifier_gain)
-    guess = f"; a possible cause of this factor of {ratio:.3g}: {why}" if why else ""
+    guess = ""
+    if why:
+        cause = "; a possible cause of this factor of {ratio:.3g}: {why}"
+        guess = Message(cause, ratio=ratio, why=why)
     return Message(
         "the gain is {um_pp_per_v_peak:.4g} µm p-p per V peak, but "
         "{before_um_pp_per_v_peak:.4g} in the plate's last calibration ({date}){guess}",

@@ -47,7 +47,7 @@ def _refused_changes_nothing(bench: Bench) -> None:
     status = bench.settle(bench.some_level)
     for body in ("AMPL 9999999", "AMPL nan", "AMPL", "FOO", "OUTP ON", "DRIV 1,1"):
         if bench.run(body).code == wire.OK:
-            differs(f"'{body}' to be refused", "code 0")
+            differs(Message("'{body}' to be refused", body=body), "code 0")
         bench.expect_unchanged(body, status)
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from slipscale.faults.message import Message
 from slipscale.hardware.errors import (
     ConnectionLost,
     NotReached,
@@ -53,8 +54,12 @@ class ActivePresentation:
 
     def what(self, quantity: Quantity) -> str:
         """Describe the commanded level."""
-        mean = "a texture with a mean of " if self.state == "LIST" else ""
-        return mean + quantity.short(self.level)
+        level = quantity.short(self.level)
+        return (
+            Message("a texture with a mean of {level}", level=level)
+            if self.state == "LIST"
+            else level
+        )
 
 
 def check_status(
