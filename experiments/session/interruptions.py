@@ -14,6 +14,7 @@ from slipscale.experiments.journal.serialisation import same_step, step_record
 from slipscale.experiments.participants.base import Participant, StopRequested
 from slipscale.experiments.session.markers import Event, Markers
 from slipscale.experiments.steps.replies import Answer, Voided
+from slipscale.faults.message import Message
 from slipscale.hardware.errors import PlateFault, StillVibrating
 from slipscale.hardware.signals import raise_if_ended
 
@@ -41,7 +42,7 @@ class _Paused(Exception):
 def stop_of(request: Request) -> StopRequested:
     """Return the exception that ends the session, with the operator's reason, if any."""
     reason = f": {request.reason}" if request.reason else ""
-    return StopRequested(f"requested by the operator{reason}")
+    return StopRequested(Message("requested by the operator{reason}", reason=reason))
 
 
 class Interruptions:
@@ -163,10 +164,15 @@ class Interruptions:
             self._progress.say("no trial can be voided now")
         elif now is None or trial.task != now.task:
             self._progress.say(
-                f"trial {trial.number} cannot be repeated, because its part of the run is over"
+                Message(
+                    "trial {trial_number} cannot be repeated, because its part of the run is over",
+                    trial_number=trial.number,
+                )
             )
         elif (trial.task, trial.number) in self._voided():
-            self._progress.say(f"trial {trial.number} is already voided")
+            self._progress.say(
+                Message("trial {trial_number} is already voided", trial_number=trial.number)
+            )
         else:
             self.reject(trial, request.reason, repeated=True)
 
@@ -182,9 +188,17 @@ class Interruptions:
         self._voids = _with(self._voids, trial.number, repeated=repeated)
         if repeated:
             self._progress.void()
-            self._progress.say(f"trial {trial.number} will be repeated")
+            self._progress.say(
+                Message("trial {trial_number} will be repeated", trial_number=trial.number)
+            )
         else:
-            self._progress.say(f"trial {trial.number} was rejected ({reason})")
+            self._progress.say(
+                Message(
+                    "trial {trial_number} was rejected ({reason})",
+                    trial_number=trial.number,
+                    reason=reason,
+                )
+            )
 
     def _ask_again(self, request: Request) -> None:
         """Register a question about the run or the participant that will be asked again."""
@@ -194,7 +208,12 @@ class Interruptions:
         elif (what := step_record(question)) not in self._questions:
             self._journal.write("ask_again", what=what)
             self._questions.append(what)
-            self._progress.say(f"'{question.name}' will be asked again after the trial")
+            self._progress.say(
+                Message(
+                    "'{question_name}' will be asked again after the trial",
+                    question_name=question.name,
+                )
+            )
 
     def _note(self, request: Request) -> None:
         """Write the operator's note to the journal."""

@@ -49,7 +49,9 @@ def weber_fraction(fitted: PsychometricFunction, standard_um_pp: float) -> Estim
         The standard is not above 0, or the method has no standard.
     """
     if not (np.isfinite(standard_um_pp) and standard_um_pp > 0):
-        raise UserError(f"standard_um_pp is {standard_um_pp:g}, expected above 0")
+        raise UserError(
+            "standard_um_pp is {standard_um_pp:g}, expected above 0", standard_um_pp=standard_um_pp
+        )
     if fitted.method == "yes_no":
         raise UserError("a Weber fraction requires a standard, but yes_no trials have no standard")
     if fitted.method != "comparison":
