@@ -8,7 +8,7 @@ from __future__ import annotations
 from typing import ClassVar
 
 from slipscale.faults import RigError
-from slipscale.faults.message import Message
+from slipscale.faults.message import Message, as_data
 
 
 class PlateFault(RigError):
@@ -37,6 +37,16 @@ class PlateFault(RigError):
         self.message = Message(template, **values)
         super().__init__("{fault}. {remedy}", fault=self.message, remedy=self.remedy)
         self.level_free = self.never_a_level if level_free is None else level_free
+
+    def record(self) -> dict[str, object]:
+        """Return the journal's record: the English message, and the data to translate it from.
+
+        The record may contain a level, so it is not shown to a blinded operator.
+        """
+        data = as_data(self.message)
+        return {"code": self.code, "message": str(self.message)} | (
+            data if isinstance(data, dict) else {}
+        )
 
     def blinded(self) -> PlateFault:
         """Return the fault with a message that a blinded operator may see."""

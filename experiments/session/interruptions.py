@@ -250,9 +250,9 @@ class Interruptions:
         while True:
             self._markers.mark(Event.FAULT)
             self._progress.fault()
-            self._journal.write("fault", code=fault.code, message=fault.message)
+            self._journal.write("fault", **fault.record())
             if still and not isinstance(fault, StillVibrating):
-                self._journal.write("fault", code=still.code, message=still.message)
+                self._journal.write("fault", **still.record())
             still = self._surface.disconnect() or still
             self._clock.sleep(RECONNECT_WAIT_S)
             urgent = still or fault
