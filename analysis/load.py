@@ -48,6 +48,7 @@ from slipscale.experiments.dataset.schema import PARTICIPANT, TABLE_NAME
 from slipscale.experiments.dataset.verification import verify
 from slipscale.experiments.study.analysis_choices import AnalysisChoices
 from slipscale.faults import UserError
+from slipscale.faults.message import Message
 from slipscale.stimuli.quantity import AMPLITUDE_DECIMALS, PLATE_AMPLITUDE, Quantity
 
 
@@ -79,7 +80,9 @@ def load(
         where = Path(path)
     except TypeError:
         raise UserError(
-            f"load: {path!r:.40} has the type {type(path).__name__}; expected a path"
+            "load: {path} has the type {name}; expected a path",
+            path=f"{path!r:.40}",
+            name=type(path).__name__,
         ) from None
     if where.exists():
         mapping = mapping or beside(where)
@@ -92,14 +95,16 @@ def load(
         return _load_foreign(where, mapping, task)
     if mapping is not None and where.is_dir():
         raise UserError(
-            f"{where}: decimal, sheet and only are for tables whose columns are named; for a "
-            f"folder, expected --participant and so on ([columns] in {NAME}), or none of these"
+            "{where}: decimal, sheet and only are for tables whose columns are named; for a "
+            "folder, expected --participant and so on ([columns] in {name}), or none of these",
+            where=where,
+            name=NAME,
         )
     if where.is_dir():
         return _load_folder(where, task)
     if where.is_file():
         return _load_table(where, mapping or TableMapping())
-    raise UserError(f"{where}: no such file or folder; expected a data set")
+    raise UserError("{where}: no such file or folder; expected a data set", where=where)
 
 
 def _load_folder(folder: Path, task: str | None) -> Dataset:
@@ -130,12 +135,19 @@ def _load_folder(folder: Path, task: str | None) -> Dataset:
     files = _files(kinds, found, task, folder, problems)
     if not (others or any(found.values())):
         raise UserError(
-            f"{folder}: contains journals but no tables; to create them, run slipscale data build "
-            f"{folder}"
+            Message(
+                "{folder}: contains journals but no tables; to create them, run slipscale data "
+                "build {folder}",
+                folder=folder,
+            )
             if journals(folder)
-            else f"{folder}: no data found; expected files like "
-            f"sub-01/beh/sub-01_task-{ESTIMATION.task}_run-01_beh.tsv, or one table (CSV or TSV) "
-            "with participant_id, amplitude_um_pp, estimate"
+            else Message(
+                "{folder}: no data found; expected files like "
+                "sub-01/beh/sub-01_task-{task}_run-01_beh.tsv, or one table (CSV or TSV) "
+                "with participant_id, amplitude_um_pp, estimate",
+                folder=folder,
+                task=ESTIMATION.task,
+            )
         )
     everyone = [
         entry for tables in (files, others) for entries in tables.values() for entry in entries
@@ -313,8 +325,9 @@ def _refuse_another_unit(frame: pd.DataFrame, path: Path) -> None:
     vanishing = given[(given > 0) & (given.round(AMPLITUDE_DECIMALS) == 0)]
     if len(vanishing):
         raise UserError(
-            f"{path}: column amplitude_um_pp: {vanishing.min():g} µm is less than 0.1 nm, the "
-            "resolution of amplitudes; expected µm, peak to peak (for another unit, name it, "
-            "as in --participant participant_id --stimulus amplitude_um_pp:m --response "
-            "estimate)"
+            "{path}: column amplitude_um_pp: {min:g} µm is less than 0.1 nm, the resolution of "
+            "amplitudes; expected µm, peak to peak (for another unit, name it, as in "
+            "--participant participant_id --stimulus amplitude_um_pp:m --response estimate)",
+            path=path,
+            min=vanishing.min(),
         )

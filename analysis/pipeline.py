@@ -142,7 +142,9 @@ def _with_ratio(data: Dataset, asked: float | None) -> tuple[Dataset, list[str]]
     if asked is None or asked == frozen:
         return data, []
     if not 1 < asked < inf:
-        raise UserError(f"the equivalence ratio is {asked:g}; expected a number above 1")
+        raise UserError(
+            "the equivalence ratio is {asked:g}; expected a number above 1", asked=asked
+        )
     choices = data.choices.model_copy(update={"equivalence_ratio": asked})
     notes = [
         (
@@ -178,7 +180,9 @@ def exclude(data: Dataset, flags: pd.DataFrame) -> tuple[Dataset, dict[str, tupl
     if why and len(why) == len(flags):
         causes = [*rules, *([BY_HAND] if by_hand else [])]
         raise UserError(
-            f"{data.name}: the study's exclusions ({', '.join(causes)}) leave no participants"
+            "{data_name}: the study's exclusions ({causes}) leave no participants",
+            data_name=data.name,
+            causes=", ".join(causes),
         )
     if not why:
         return data, {}

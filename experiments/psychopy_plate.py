@@ -19,6 +19,7 @@ import atexit
 from psychopy.hardware.base import BaseDevice
 from serial.tools.list_ports import comports
 
+from slipscale.faults.message import Message
 from slipscale.hardware.address import without_session_watchdog
 from slipscale.hardware.clock import SystemClock
 from slipscale.hardware.records import Presentation
@@ -87,4 +88,4 @@ class SlipscalePlate(BaseDevice):  # type: ignore[misc] # PsychoPy ships without
     def getAvailableDevices() -> list[dict[str, object]]:  # noqa: N802 - PsychoPy's name
         """Return the available plates: the mock plate, and one plate per serial port."""
         specs = ["mock", *(f"serial:{port.device}" for port in sorted(comports()))]
-        return [{"deviceName": f"plate {spec}", "spec": spec} for spec in specs]
+        return [{"deviceName": Message("plate {spec}", spec=spec), "spec": spec} for spec in specs]

@@ -6,12 +6,21 @@ are printed with their traceback.
 
 from __future__ import annotations
 
+from slipscale.faults.message import Message
 
-class UserError(Exception):
+
+class _Reported(Exception):
+    """Error whose `Message` is created from a template and values; ``str(error)`` returns it."""
+
+    def __init__(self, template: str, /, **values: object) -> None:
+        super().__init__(Message(template, **values) if values else template)
+
+
+class UserError(_Reported):
     """Exception raised for invalid user input. The message states which input is expected."""
 
 
-class RigError(Exception):
+class RigError(_Reported):
     """Exception raised for failures of the rig. The message states the fault and a remedy."""
 
 
@@ -24,6 +33,11 @@ def harmless(text: str) -> str:
     >>> harmless("a\x1b[2Jb")
     'a\\x1b[2Jb'
     """
+    if isinstance(text, Message) and text.values:
+        found = text.values.items()
+        return Message(
+            text.template, **{k: harmless(v) if isinstance(v, str) else v for k, v in found}
+        )
     return "".join(
         each if each.isprintable() or each in "\n\t" else each.encode("unicode_escape").decode()
         for each in text

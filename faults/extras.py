@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from slipscale.faults.message import Message
+
 # Extra in pyproject.toml that installs each module.
 EXTRA_OF = {
     "joblib": "analysis",
@@ -40,7 +42,9 @@ def how_to_install(module: str) -> str | None:
     extra = EXTRA_OF.get(name)
     if extra is None:
         return None
-    return (
-        f"needs the package '{name}', which is not installed; install it with: pip install "
-        f"'slipscale[{extra}]'"
+    return Message(
+        "needs the package '{name}', which is not installed; install it with: pip install "
+        "'slipscale[{extra}]'",
+        name=name,
+        extra=extra,
     )

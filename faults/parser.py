@@ -8,6 +8,7 @@ from importlib import import_module
 from typing import Any, NoReturn
 
 from slipscale.faults import UserError
+from slipscale.faults.message import Message
 from slipscale.faults.suggestions import did_you_mean, expected_one_of
 
 EXPECTED: dict[object, str] = {int: "expected a whole number", float: "expected a number"}
@@ -63,21 +64,31 @@ class Parser(ArgumentParser):
             message = self._misspelt() or self._missing(message.removeprefix(REQUIRED).split(", "))
         elif message.startswith(UNKNOWN):
             word = message.removeprefix(UNKNOWN).split(" ")[0]
-            message = self._misspelt() or f"unexpected argument '{word}'"
-        raise UserError(f"{message.removeprefix('argument ')}; for help: {self.prog} --help")
+            message = self._misspelt() or Message("unexpected argument '{word}'", word=word)
+        raise UserError(
+            "{message}; for help: {prog} --help",
+            message=message.removeprefix("argument "),
+            prog=self.prog,
+        )
 
     def _misspelt(self) -> str:
         """Return the error message for the first unknown option, or an empty string."""
         known = [*self._option_string_actions]
         for option in (word.partition("=")[0] for word in self._words if word.startswith("--")):
             if option != "--" and not any(each.startswith(option) for each in known):
-                return f"unknown option {option}{did_you_mean(option, known)}"
+                return Message(
+                    "unknown option {option}{meant}",
+                    option=option,
+                    meant=did_you_mean(option, known),
+                )
         return ""
 
     def _missing(self, names: list[str]) -> str:
         for action in self._actions:
             if isinstance(action, _SubParsersAction) and action.metavar in names:
-                return f"expected a subcommand: {', '.join(action.choices)}"
+                return Message(
+                    "expected a subcommand: {choices}", choices=", ".join(action.choices)
+                )
         expected = []
         for action in self._actions:
             name = "/".join(action.option_strings) or str(action.metavar or action.dest)

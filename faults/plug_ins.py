@@ -39,8 +39,11 @@ def installed(group: str) -> Mapping[str, EntryPoint]:
                 sorted(f"{each.value} ({package_of(each)})" for each in (known, point))
             )
             raise UserError(
-                f"plug-ins: both {sources} provide '{point.name}' in the group {group}; uninstall "
-                "one of the packages, or rename an entry point"
+                "plug-ins: both {sources} provide '{point_name}' in the group {group}; uninstall "
+                "one of the packages, or rename an entry point",
+                sources=sources,
+                point_name=point.name,
+                group=group,
             )
     return MappingProxyType(dict(sorted(found.items())))
 
@@ -73,7 +76,7 @@ def called(point: EntryPoint, action: Callable[[], T], what: str) -> T:
     except (UserError, RigError):
         raise
     except Exception as error:
-        raise UserError(f"{what} raised {_told(point, error)}") from error
+        raise UserError("{what} raised {told}", what=what, told=_told(point, error)) from error
 
 
 def _told(point: EntryPoint, error: Exception) -> str:

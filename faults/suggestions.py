@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
+from slipscale.faults.message import Message
+
 # Maximum number of words listed in an error message.
 MOST_LISTED = 24
 
@@ -30,7 +32,9 @@ def did_you_mean(word: object, known: Iterable[str], *, start: str = "") -> str:
     " (did you mean 'pilot'?)"
     """
     found = nearest(word, known)
-    return f" (did you mean '{start}{found}'?)" if found else ""
+    if not found:
+        return ""
+    return Message(" (did you mean '{meant}'?)", meant=start + found)
 
 
 def expected_one_of(word: object, known: Iterable[str]) -> str:
@@ -41,4 +45,4 @@ def expected_one_of(word: object, known: Iterable[str]) -> str:
     """
     listed = list(known)
     words = ", ".join(listed[:MOST_LISTED]) + (", ..." if len(listed) > MOST_LISTED else "")
-    return f"expected one of {words}{did_you_mean(word, listed)}"
+    return Message("expected one of {words}{meant}", words=words, meant=did_you_mean(word, listed))

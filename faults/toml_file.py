@@ -9,8 +9,17 @@ from pathlib import Path
 from typing import TYPE_CHECKING, TypeVar
 
 from slipscale.faults import UserError
+from slipscale.faults.message import Message
 from slipscale.faults.toml_lines import Lines, Place
-from slipscale.faults.validation import SENTENCES, Fault, Names, complaint, faults_in, sentences
+from slipscale.faults.validation import (
+    Fault,
+    Names,
+    Told,
+    complaint,
+    fault_at,
+    faults_in,
+    sentences,
+)
 
 if TYPE_CHECKING:
     from pydantic import BaseModel
@@ -67,7 +76,9 @@ def read_toml(
         reason = error.strerror if isinstance(error, OSError) else "it is not UTF-8 text"
         if "\0" in str(path):
             reason = "a file name cannot contain a null character"
-        raise UserError(f"{path}: cannot be read ({reason}); expected a TOML file") from None
+        raise UserError(
+            "{path}: cannot be read ({reason}); expected a TOML file", path=path, reason=reason
+        ) from None
     return parse_toml(text, str(path), model, names=names)
 
 
@@ -111,23 +122,27 @@ def _table(text: str, source: str, parse_float: Callable[[str], object]) -> dict
     try:
         return tomllib.loads(text, parse_float=parse_float)
     except tomllib.TOMLDecodeError as error:
-        raise UserError(f"{source}: {not_toml(text, str(error))}") from None
+        raise complaint(source, [not_toml(text, str(error))]) from None
     except RecursionError:
         raise UserError(
-            f"{source} has too many nested brackets; expected at most {DEEPEST}"
+            "{source} has too many nested brackets; expected at most {deepest}",
+            source=source,
+            deepest=DEEPEST,
         ) from None
     except ValueError:
         # Python does not read integers with thousands of digits.
         number = max(re.finditer(r"\d[\d_]*", text), key=lambda found: len(found[0]))
         line = text.count("\n", 0, number.start()) + 1
-        message = f"line {line}: a number can have at most {MOST_DIGITS} digits"
-        raise UserError(f"{source}: {message}") from None
+        whole = Message(
+            "line {line}: a number can have at most {most} digits", line=line, most=MOST_DIGITS
+        )
+        raise complaint(source, [Told(line, (), whole, whole)]) from None
 
 
-def not_toml(text: str, said: str) -> str:
-    """Return the error message for invalid TOML, including the line number.
+def not_toml(text: str, said: str) -> Told:
+    """Return the fault of invalid TOML, from the message of tomllib.
 
-    >>> not_toml('name = "a', "Illegal character (at line 1, column 10)")
+    >>> not_toml('name = "a', "Illegal character (at line 1, column 10)").whole
     'line 1 is not TOML: a quotation mark is not closed; expected text between two quotation marks'
     """
     lines = text.split("\n")
@@ -146,24 +161,29 @@ def not_toml(text: str, said: str) -> str:
     else:
         cause = AT.sub("", said).strip()
         why = next((ours for theirs, ours in CAUSES.items() if cause.startswith(theirs)), cause)
-    return f"line {number} is not TOML: {why}"
+    whole = Message("line {line} is not TOML: {why}", line=number, why=why)
+    return Told(number, (), whole, whole)
 
 
-def _decimal_commas(faults: list[tuple[int, str]], text: str) -> list[tuple[int, str]]:
+def _decimal_commas(faults: list[Told], text: str) -> list[Told]:
     """Keep one error per list that probably contains decimal commas, and explain the commas."""
     lines = text.split("\n")
-    found: dict[int, str] = {}
+    found: dict[int, Told] = {}
     rest = []
-    for line, words in faults:
-        comma = TIGHT_COMMA.search(lines[line - 1]) if line else None
-        if comma is None or SENTENCES["extra_forbidden"] in words:  # The error is not in the list.
-            rest.append((line, words))
-        elif line not in found:
-            found[line] = (
-                f"{words}; commas separate the items of a list: if {comma[1]} is one number, write "
-                f"{comma[1].replace(',', '.')}"
+    for fault in faults:
+        comma = TIGHT_COMMA.search(lines[fault.line - 1]) if fault.line else None
+        if comma is None or fault.kind == "extra_forbidden":  # The error is not in the list.
+            rest.append(fault)
+        elif fault.line not in found:
+            message = Message(
+                "{message}; commas separate the items of a list: if {typed} is one number, write "
+                "{number}",
+                message=fault.message,
+                typed=comma[1],
+                number=comma[1].replace(",", "."),
             )
-    return sorted([*rest, *found.items()])
+            found[fault.line] = fault_at(fault.line, fault.place, message)
+    return [*rest, *found.values()]
 
 
 def _beyond_reason(table: dict[str, object]) -> Iterator[Fault]:

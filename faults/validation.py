@@ -10,7 +10,8 @@ from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, get_args
 
 from slipscale.faults import UserError
-from slipscale.faults.suggestions import did_you_mean, nearest
+from slipscale.faults.message import Message, joined
+from slipscale.faults.suggestions import nearest
 from slipscale.faults.toml_lines import Place
 
 if TYPE_CHECKING:
@@ -79,7 +80,7 @@ class Faults(ValueError):
 
 def in_words(error: ValidationError) -> str:
     """Describe pydantic's errors in one line, for input that is not a file."""
-    return "; ".join(words for _, words in sentences(faults_in(error), lambda _: 0))
+    return joined("; ", (each.whole for each in sentences(faults_in(error), lambda _: 0)))
 
 
 def refuse(faults: Iterable[Fault], *, within: bool = False) -> None:
@@ -156,76 +157,83 @@ def _model_in(annotation: object) -> object:
     return next(filter(None, map(_model_in, get_args(annotation))), None)
 
 
-def sentences(faults: Iterable[Fault], line_of: Callable[[Place], int]) -> list[tuple[int, str]]:
-    """Return the line number (0 if unknown) and message of each fault, sorted by line."""
-    found = []
-    for place, fault in faults:
-        line = line_of(place)
-        found.append((line, _sentence(line, place, fault)))
-    return sorted(found)
-
-
-def complaint(source: str, told: Iterable[tuple[int, str]]) -> UserError:
-    """Return an error that lists all faults in a file, sorted by line and without duplicates.
-
-    Parameters
-    ----------
-    source : str
-        Name of the file.
-    told : iterable of (int, str)
-        Line and message of each fault, as returned by `sentences`.
-    """
-    lines = sorted(set(told))
-    if len(lines) == 1:
-        return UserError(f"{source}: {lines[0][1]}")
-    return UserError(
-        f"{source} has {len(lines)} faults:" + "".join(f"\n  {words}" for _, words in lines)
-    )
-
-
 class Told(NamedTuple):
-    """Fault parsed from a message: line (0 if unknown), position, sentence and whole text."""
+    """Fault of a file, for readers: line (0 if unknown), position, message, and all of it."""
 
     line: int
-    place: str
+    place: Place
     message: str
     whole: str
+    kind: str = ""  # pydantic's type of the error
 
 
-def told_in(said: str, source: str) -> list[Told]:
-    """Split a message created by `complaint` into faults.
+class Complaint(UserError):
+    """Error about the content of a file, with its ``faults`` as data."""
 
-    >>> told_in("s.toml: line 7, seed: expected 0 or more, got -7", "s.toml")[0][:3]
-    (7, 'seed', 'expected 0 or more, got -7')
-    """
-    several = said.startswith(f"{source} has ") and "\n" in said
-    faults = said.split("\n  ")[1:] if several else [said.removeprefix(f"{source}: ")]
-    found = (
-        re.fullmatch(r"(?:line (\d+)(?:, )?)?(?:(.*?): )?(.*)", each, re.DOTALL) for each in faults
-    )
-    return [Told(int(each[1] or 0), each[2] or "", each[3], each[0]) for each in found if each]
+    faults: tuple[Told, ...] = ()
 
 
-def _sentence(line: int, place: Place, fault: dict[str, Any]) -> str:
-    kind = fault.get("type", "")
-    if not kind:
-        message = fault["msg"]  # message by Slipscale
+def fault_at(line: int, place: Place, message: str, kind: str = "") -> Told:
+    """Return a fault whose whole text also contains the line and the key."""
+    values = {"line": line, "key": place_in_words(place), "message": message}
+    template = {
+        (True, True): "line {line}, {key}: {message}",
+        (True, False): "line {line}, {message}",
+        (False, True): "{key}: {message}",
+        (False, False): "{message}",
+    }[bool(line), bool(place)]
+    return Told(line, place, message, Message(template, **values), kind)
+
+
+def sentences(faults: Iterable[Fault], line_of: Callable[[Place], int]) -> list[Told]:
+    """Return all faults for readers, sorted by line."""
+    found = [
+        fault_at(line_of(place), place, _message(fault), fault.get("type", ""))
+        for place, fault in faults
+    ]
+    return sorted(found, key=_in_order)
+
+
+def _in_order(fault: Told) -> tuple[int, str]:
+    return fault.line, fault.whole
+
+
+def complaint(source: str, told: Iterable[Told]) -> Complaint:
+    """Return an error that lists all faults in a file, sorted by line and without duplicates."""
+    faults = sorted({each.whole: each for each in told}.values(), key=_in_order)
+    if len(faults) == 1:
+        error = Complaint("{source}: {fault}", source=source, fault=faults[0].whole)
     else:
-        known = fault.get("ctx", {}).items()
-        bounds = {key: f"{each:g}" if isinstance(each, float) else each for key, each in known}
-        message = SENTENCES.get(kind, OTHER).format(**bounds)
+        error = Complaint(
+            "{source} has {count} faults:\n  {faults}",
+            source=source,
+            count=len(faults),
+            faults=joined("\n  ", (each.whole for each in faults)),
+        )
+    error.faults = tuple(faults)
+    return error
+
+
+def _message(fault: dict[str, Any]) -> str:
+    kind, known = fault.get("type", ""), fault.get("ctx", {})
+    message: str = fault.get("msg", "")
+    if kind:
+        bounds = {
+            key: f"{each:g}" if isinstance(each, float) else each for key, each in known.items()
+        }
+        message = Message(SENTENCES.get(kind, OTHER), **bounds)
     given = fault.get("input")
     if kind in NUMBERS and isinstance(given, str) and NUMBER.fullmatch(given):
-        message += " without quotation marks"
+        message = Message("{message} without quotation marks", message=message)
     if kind not in ("extra_forbidden", "missing") and isinstance(given, str | int | float):
-        message += f", got {_shown(given)}"
+        message = Message("{message}, got {given}", message=message, given=_shown(given))
     if kind == "literal_error":
-        message += did_you_mean(given, re.findall("'([^']*)'", message.partition(", got")[0]))
-    if "meant" in fault:
-        message += f" (did you mean '{fault['meant']}'?)"
-    spot = f"line {line}, " if line else ""
-    where = place_in_words(place)
-    return f"{spot}{where}: {message}" if where else f"{spot}{message}"
+        meant = nearest(given, re.findall("'([^']*)'", known["expected"]))
+    else:
+        meant = fault.get("meant")
+    if meant:
+        message = Message("{message} (did you mean '{meant}'?)", message=message, meant=meant)
+    return message
 
 
 def place_in_words(place: Place) -> str:
@@ -237,7 +245,11 @@ def place_in_words(place: Place) -> str:
     words = ""
     for part in place:
         if isinstance(part, int):
-            words = f"item {part + 1} of {words}" if words else f"item {part + 1}"
+            words = (
+                Message("item {part} of {words}", part=part + 1, words=words)
+                if words
+                else Message("item {part}", part=part + 1)
+            )
         elif words.startswith("item "):
             words = f"{part} of {words}"
         else:

@@ -65,12 +65,23 @@ def split_address(
         if not equals or key not in converters or key in options:
             known = ", ".join(f"{name}=..." for name in sorted(converters)) or "none"
             raise UserError(
-                f"{what} '{address}': '{word}' is not an option; known options: {known}"
+                "{what} '{address}': '{word}' is not an option; known options: {known}",
+                what=what,
+                address=address,
+                word=word,
+                known=known,
             )
         try:
             options[key] = converters[key](text)
         except ValueError as error:
-            raise UserError(f"{what} '{address}': {key} is '{text}', {error}") from None
+            raise UserError(
+                "{what} '{address}': {key} is '{text}', {error}",
+                what=what,
+                address=address,
+                key=key,
+                text=text,
+                error=error,
+            ) from None
     return target, options
 
 
@@ -139,21 +150,32 @@ def plate_of(options: Mapping[str, Any], *, backend: str, simulated: bool = Fals
     given: Calibration | None = options.get("calibration")
     if file is None:
         if given and (faults := implausible_alone(given)):
-            raise UserError(f"plate '{backend}': the calibration is not plausible: {faults}")
+            raise UserError(
+                "plate '{backend}': the calibration is not plausible: {faults}",
+                backend=backend,
+                faults=faults,
+            )
         return Plate(limits=PlateLimits(), calibration=given, file=None)
     if file.wiring.backend != backend and not simulated:
         raise UserError(
-            f"plate '{backend}': the plate file of '{file.identity.name}' is for backend "
-            f"'{file.wiring.backend}'"
+            "plate '{backend}': the plate file of '{identity_name}' is for backend "
+            "'{wiring_backend}'",
+            backend=backend,
+            identity_name=file.identity.name,
+            wiring_backend=file.wiring.backend,
         )
     if given and own and given != own:
         raise UserError(
-            f"plate '{backend}': the SPEC and the plate file of '{file.identity.name}' name "
-            "different calibrations; name only one"
+            "plate '{backend}': the SPEC and the plate file of '{identity_name}' name different "
+            "calibrations; name only one",
+            backend=backend,
+            identity_name=file.identity.name,
         )
     if given and (faults := file.implausible(given)):
         raise UserError(
-            f"plate '{backend}': the calibration does not belong to this plate: {'; '.join(faults)}"
+            "plate '{backend}': the calibration does not belong to this plate: {faults}",
+            backend=backend,
+            faults="; ".join(faults),
         )
     return Plate(limits=file.plate_limits(), calibration=given or own, file=file)
 
@@ -225,7 +247,12 @@ def with_plate_file(spec: str, wanted: str) -> str:
     if not named:
         return f"{backend}:{address},plate={wanted}" if address else f"{backend}:plate={wanted}"
     if named != [wanted]:
-        raise UserError(f"plate '{spec}': the study is for plate '{wanted}', not '{named[0]}'")
+        raise UserError(
+            "plate '{spec}': the study is for plate '{wanted}', not '{named}'",
+            spec=spec,
+            wanted=wanted,
+            named=named[0],
+        )
     return spec
 
 

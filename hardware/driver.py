@@ -176,9 +176,10 @@ class PlateDriver(GuardedOutput):
                 self._check_loop(change)
             if not measured:
                 raise UserError(
-                    f"texture '{surface.name or surface.label}': it depends on the finger's "
-                    f"{surface.sensor}; name a sensor ([plate] {surface.sensor}, or "
-                    f"--{surface.sensor})"
+                    "texture '{surface_name}': it depends on the finger's {sensor}; name a "
+                    "sensor ([plate] {sensor}, or --{sensor})",
+                    surface_name=surface.name or surface.label,
+                    sensor=surface.sensor,
                 )
             return None
         if loop is None:
@@ -204,9 +205,13 @@ class PlateDriver(GuardedOutput):
 
     def _unpresented(self, surface: Surface, why: str, hint: str = "") -> UserError:
         return UserError(
-            f"plate: backend '{self.name}' cannot present the texture '{surface.label}': {why}; "
-            f"present it on a plate that supports modulation{hint}, or remove the textures from "
-            "the study"
+            "plate: backend '{name}' cannot present the texture '{surface_label}': {why}; "
+            "present it on a plate that supports modulation{hint}, or remove the textures from "
+            "the study",
+            name=self.name,
+            surface_label=surface.label,
+            why=why,
+            hint=hint,
         )
 
     def present(self, surface: Surface) -> Presentation:
@@ -291,7 +296,9 @@ class PlateDriver(GuardedOutput):
         self.limits.check_level(level)
         if self.output is not Output.MAY_BE_ON:
             raise PlateRefused(
-                f"plate '{self.name}': its output is {self.output}, so it cannot follow the finger"
+                "plate '{name}': its output is {output}, so it cannot follow the finger",
+                name=self.name,
+                output=self.output,
             )
         with self._silent_on_fault():
             self._follow(level)
@@ -317,8 +324,9 @@ class PlateDriver(GuardedOutput):
         self._check_loop(change)
         if self.modulator is None or self.output is not Output.MAY_BE_ON:
             raise PlateRefused(
-                f"plate '{self.name}': its output is {self.output}, so its amplitude cannot be "
-                "changed"
+                "plate '{name}': its output is {output}, so its amplitude cannot be changed",
+                name=self.name,
+                output=self.output,
             )
         with self._silent_on_fault():
             self._repeats_s = self.clock.now() + change.period_s
@@ -335,8 +343,10 @@ class PlateDriver(GuardedOutput):
         late_s = self.clock.now() - self._repeats_s
         if late_s > 0:
             raise Late(
-                f"plate '{self.name}': the computer was {late_s:.2f} s late, so the plate repeated "
-                "a change"
+                "plate '{name}': the computer was {late_s:.2f} s late, so the plate repeated a "
+                "change",
+                name=self.name,
+                late_s=late_s,
             )
 
     def excite(self, *, frequency_hz: float, voltage_v: float) -> Readback:
@@ -368,17 +378,20 @@ class PlateDriver(GuardedOutput):
             if measured is not None and measured > self.largest_level:
                 q = self.limits.quantity
                 raise OverLimit(
-                    f"the plate reached {q.short(round(measured, 3))} at {voltage_v:g} V peak and "
-                    f"{frequency_hz:g} Hz, more than the plate's limit of "
-                    f"{q.short(self.largest_level)}, and was switched off; lower the voltage of "
-                    "this sweep (--sweep-voltage or --max-voltage)"
+                    "the plate reached {measured} at {voltage_v:g} V peak and {frequency_hz:g} "
+                    "Hz, more than the plate's limit of {largest_level}, and was switched off; "
+                    "lower the voltage of this sweep (--sweep-voltage or --max-voltage)",
+                    measured=q.short(round(measured, 3)),
+                    voltage_v=voltage_v,
+                    frequency_hz=frequency_hz,
+                    largest_level=q.short(self.largest_level),
                 )
         return readback
 
     def read_back(self) -> Readback:
         """Return the current state of the plate. Raises `PlateFault` if reading back fails."""
         if not self._opened:
-            raise ConnectionLost(f"plate '{self.name}': not connected")
+            raise ConnectionLost("plate '{name}': not connected", name=self.name)
         with self._silent_on_fault():
             return self._read_back()
 
@@ -467,8 +480,11 @@ class PlateDriver(GuardedOutput):
     def _excite(self, *, frequency_hz: float, voltage_v: float) -> Readback:
         """Drive at a frequency and voltage, and return when the plate has settled."""
         raise PlateRefused(
-            f"backend '{self.name}' cannot drive {voltage_v:g} V at {frequency_hz:g} Hz: it "
-            "does not accept frequencies and voltages"
+            "backend '{name}' cannot drive {voltage_v:g} V at {frequency_hz:g} Hz: it does not "
+            "accept frequencies and voltages",
+            name=self.name,
+            voltage_v=voltage_v,
+            frequency_hz=frequency_hz,
         )
 
     def __enter__(self) -> Self:

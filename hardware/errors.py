@@ -8,6 +8,7 @@ from __future__ import annotations
 from typing import ClassVar
 
 from slipscale.faults import RigError
+from slipscale.faults.message import Message, as_data
 
 
 class PlateFault(RigError):
@@ -18,8 +19,8 @@ class PlateFault(RigError):
 
     Parameters
     ----------
-    message : str
-        The fault, without its remedy.
+    template : str
+        The fault, without its remedy, with placeholders for ``values``; see `Message`.
     level_free : bool or None
         Whether the message contains neither a level nor a voltage; by default, as declared by the
         class (``never_a_level``).
@@ -30,10 +31,22 @@ class PlateFault(RigError):
     in_general: ClassVar[str] = "the plate reports a fault (see the journal for the message)"
     never_a_level: ClassVar[bool] = False
 
-    def __init__(self, message: str, *, level_free: bool | None = None) -> None:
-        super().__init__(f"{message}. {self.remedy}")
-        self.message = message
+    def __init__(
+        self, template: str, /, *, level_free: bool | None = None, **values: object
+    ) -> None:
+        self.message = Message(template, **values)
+        super().__init__("{fault}. {remedy}", fault=self.message, remedy=self.remedy)
         self.level_free = self.never_a_level if level_free is None else level_free
+
+    def record(self) -> dict[str, object]:
+        """Return the journal's record: the English message, and the data to translate it from.
+
+        The record may contain a level, so it is not shown to a blinded operator.
+        """
+        data = as_data(self.message)
+        return {"code": self.code, "message": str(self.message)} | (
+            data if isinstance(data, dict) else {}
+        )
 
     def blinded(self) -> PlateFault:
         """Return the fault with a message that a blinded operator may see."""

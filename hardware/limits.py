@@ -64,16 +64,21 @@ class PlateLimits:
         for name in self.__slots__[1:]:
             value = getattr(self, name)
             if not (math.isfinite(value) and value > 0):
-                raise UserError(f"plate limits: {name} is {value}, expected a positive number")
+                raise UserError(
+                    "plate limits: {name} is {value}, expected a positive number",
+                    name=name,
+                    value=value,
+                )
         if self.frequency_min_hz >= self.frequency_max_hz:
             raise UserError("plate limits: frequency_min_hz must be below frequency_max_hz")
         if self.duty > 1:
             raise UserError(
-                f"plate limits: duty is {self.duty}, expected a duty cycle of at most 1"
+                "plate limits: duty is {duty}, expected a duty cycle of at most 1", duty=self.duty
             )
         if self.voltage_band <= 1:
             raise UserError(
-                f"plate limits: voltage_band is {self.voltage_band}, expected a factor above 1"
+                "plate limits: voltage_band is {voltage_band}, expected a factor above 1",
+                voltage_band=self.voltage_band,
             )
 
     def check_level(self, level: float) -> None:
@@ -119,8 +124,13 @@ class PlateLimits:
             allowed, how = APPLIED_TOLERANCE * commanded_level + ROUNDING * self.level, "applied"
         if not abs(reported_level - commanded_level) <= allowed:
             raise NotReached(
-                f"{q.short(commanded_level)} was commanded, but {reported_level:.3f} "
-                f"{q.unit_in_short} was {how} (tolerance {allowed:.3f})"
+                "{commanded_level} was commanded, but {reported_level:.3f} {unit_in_short} was "
+                "{how} (tolerance {allowed:.3f})",
+                commanded_level=q.short(commanded_level),
+                reported_level=reported_level,
+                unit_in_short=q.unit_in_short,
+                how=how,
+                allowed=allowed,
             )
 
     def check_predicted(
@@ -130,15 +140,25 @@ class PlateLimits:
         band = self.voltage_band
         if not predicted_v / band <= reported_v <= predicted_v * band:
             raise OffCalibration(
-                f"the plate is driven with {reported_v:.2f} V peak at "
-                f"{self.quantity.short(commanded_level)}, but the calibration predicts "
-                f"{predicted_v:.2f} V (allowed factor {band:g})"
+                "the plate is driven with {reported_v:.2f} V peak at {commanded_level}, but the "
+                "calibration predicts {predicted_v:.2f} V (allowed factor {band:g})",
+                reported_v=reported_v,
+                commanded_level=self.quantity.short(commanded_level),
+                predicted_v=predicted_v,
+                band=band,
             )
 
 
 def _check(what: str, value: float, lowest: float, highest: float, unit: str) -> None:
     if not (math.isfinite(value) and lowest <= value <= highest):
-        raise OverLimit(f"{what} {value:g} {unit} is outside {lowest:g} to {highest:g} {unit}")
+        raise OverLimit(
+            "{what} {value:g} {unit} is outside {lowest:g} to {highest:g} {unit}",
+            what=what,
+            value=value,
+            unit=unit,
+            lowest=lowest,
+            highest=highest,
+        )
 
 
 class OnTime:

@@ -87,8 +87,9 @@ class GuardedOutput(ABC):
         if self._on_time.unattended_s(now_s) > self.limits.on_time_s:
             self.silence()
             raise OverLimit(
-                f"the plate vibrated for {self.limits.on_time_s:g} s without a new command, "
-                "so it was switched off",
+                "the plate vibrated for {on_time_s:g} s without a new command, so it was "
+                "switched off",
+                on_time_s=self.limits.on_time_s,
                 level_free=True,
             )
         try:
@@ -117,8 +118,9 @@ class GuardedOutput(ABC):
         """Update the output state before and after the command sent in the ``with`` block."""
         if not self._opened or self.output is Output.UNREACHABLE:
             raise ConnectionLost(
-                f"plate '{self.name}': it is not connected, or did not confirm that it is off; "
-                "nothing can be presented until it is reconnected"
+                "plate '{name}': it is not connected, or did not confirm that it is off; nothing "
+                "can be presented until it is reconnected",
+                name=self.name,
             )
         with self._silent_on_fault():
             self._on_time.command(self.clock.now(), vibrates=vibrates)
@@ -150,8 +152,11 @@ class GuardedOutput(ABC):
         duty = self._on_time.duty(self.clock.now())
         if duty > self.limits.duty:
             raise OverLimit(
-                f"the plate vibrated {duty:.0%} of the last {self.limits.duty_window_s:g} "
-                f"s, more than the allowed {self.limits.duty:.0%}",
+                "the plate vibrated {duty:.0%} of the last {duty_window_s:g} s, more than the "
+                "allowed {limits_duty:.0%}",
+                duty=duty,
+                duty_window_s=self.limits.duty_window_s,
+                limits_duty=self.limits.duty,
                 level_free=True,
             )
 

@@ -18,6 +18,7 @@ from pydantic import Field, model_validator
 
 from slipscale.faults import UserError
 from slipscale.faults.frozen_table import FrozenTable
+from slipscale.faults.message import Message
 from slipscale.faults.toml_file import read_toml
 from slipscale.hardware.calibration.record import Calibration
 from slipscale.hardware.calibration.soundness import BOUNDS, implausible
@@ -169,7 +170,11 @@ class PlateFile(FrozenTable):
         if left_out and not quantity.in_um_pp:
             names = " and ".join(sorted(quantity.named(each) for each in left_out))
             raise ValueError(
-                f"[limits]: expected {names}, because the plate produces {quantity.name}"
+                Message(
+                    "[limits]: expected {names}, because the plate produces {quantity_name}",
+                    names=names,
+                    quantity_name=quantity.name,
+                )
             )
         return self
 
@@ -295,13 +300,16 @@ def open_plate_file(path: Path) -> tuple[PlateFile, Calibration | None]:
     plate = _without_checksum(signed)
     if beyond := plate.unacknowledged():
         raise UserError(
-            f"{path}: {_listed(beyond)} is beyond the shipped limits; the person responsible "
-            f"must sign: slipscale plate sign {path} --beyond-shipped-limits --by NAME"
+            "{path}: {listed} is beyond the shipped limits; the person responsible must sign: "
+            "slipscale plate sign {path} --beyond-shipped-limits --by NAME",
+            path=path,
+            listed=_listed(beyond),
         )
     if signed.sha256 != checksum(plate):
         raise UserError(
-            f"{path} was changed after it was signed; check the file, then run slipscale plate "
-            f"sign {path}"
+            "{path} was changed after it was signed; check the file, then run slipscale plate "
+            "sign {path}",
+            path=path,
         )
     if plate.calibration is None:
         return plate, None
@@ -309,7 +317,10 @@ def open_plate_file(path: Path) -> tuple[PlateFile, Calibration | None]:
     calibration = read_calibration(place)
     if faults := plate.implausible(calibration):
         raise UserError(
-            f"{path}: the calibration '{place}' does not belong to this plate: {'; '.join(faults)}"
+            "{path}: the calibration '{place}' does not belong to this plate: {faults}",
+            path=path,
+            place=place,
+            faults="; ".join(faults),
         )
     return plate, calibration
 
@@ -387,9 +398,11 @@ def sign(path: Path, *, beyond_by: str = "", today: date) -> dict[str, float]:
         }
     elif plate.unacknowledged() or not plate.acknowledged_by_command():
         raise UserError(
-            f"{path}: {_listed(plate.unacknowledged() or beyond)} is beyond the shipped "
-            "limits; expected --beyond-shipped-limits and --by NAME, the name of the person "
-            "responsible; an acknowledgement typed into the file is not accepted"
+            "{path}: {listed} is beyond the shipped limits; expected --beyond-shipped-limits and "
+            "--by NAME, the name of the person responsible; an acknowledgement typed into the "
+            "file is not accepted",
+            path=path,
+            listed=_listed(plate.unacknowledged() or beyond),
         )
     content = {key: value for key, value in document.unwrap().items() if key != CHECKSUM}
     signed = PlateFile.model_validate(_names(content).to_code(content))
@@ -411,4 +424,6 @@ def _write(path: Path, text: str, *, mode: Literal["x", "w"]) -> None:
         with path.open(mode, encoding="utf-8") as file:
             file.write(text)
     except OSError as error:
-        raise UserError(f"{path}: cannot be written: {error.strerror}") from error
+        raise UserError(
+            "{path}: cannot be written: {reason}", path=path, reason=error.strerror
+        ) from error

@@ -9,6 +9,7 @@ from importlib.metadata import EntryPoints, entry_points
 from typing import TYPE_CHECKING, Protocol
 
 from slipscale.faults import UserError
+from slipscale.faults.message import Message
 from slipscale.faults.suggestions import expected_one_of
 
 if TYPE_CHECKING:
@@ -58,8 +59,17 @@ def unknown_backend(spec: str) -> str:
     port = PORT.match(spec)
     if port:
         folder = "/dev/" if port[2] and not port[1] else ""
-        return f"unknown backend '{name}'; to use a port, name its backend: serial:{folder}{spec}"
-    return f"unknown backend '{name}'; {expected_one_of(name, backend_names())}"
+        return Message(
+            "unknown backend '{name}'; to use a port, name its backend: serial:{folder}{spec}",
+            name=name,
+            folder=folder,
+            spec=spec,
+        )
+    return Message(
+        "unknown backend '{name}'; {expected_one_of}",
+        name=name,
+        expected_one_of=expected_one_of(name, backend_names()),
+    )
 
 
 def open_plate(spec: str, *, clock: Clock, seed: int = 0) -> PlateDriver:
@@ -73,7 +83,9 @@ def open_plate(spec: str, *, clock: Clock, seed: int = 0) -> PlateDriver:
     name, _, address = spec.partition(":")
     found = {point.name: point for point in _installed()}
     if name not in found:
-        raise UserError(f"plate '{spec}': {unknown_backend(spec)}")
+        raise UserError(
+            "plate '{spec}': {unknown_backend}", spec=spec, unknown_backend=unknown_backend(spec)
+        )
     backend: Backend = found[name].load()
     LOG.info("chose backend %s: %s", name, found[name].value)
     return backend(address, clock=clock, seed=seed)

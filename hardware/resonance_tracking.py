@@ -106,7 +106,9 @@ def track(plate: PlateDriver, measure_um_pp: Callable[[], float]) -> Tracking:
         If the hardware fails. The plate is silenced.
     """
     if not plate.tracks or plate.calibration is None:
-        raise PlateRefused(f"backend '{plate.name}' has no resonance to track")
+        raise PlateRefused(
+            "backend '{plate_name}' has no resonance to track", plate_name=plate.name
+        )
     resonance = plate.calibration.resonance
     before_hz = plate.tracked_hz or resonance.frequency_hz
     half_hz = half_width_hz(resonance)
@@ -127,8 +129,12 @@ def track(plate: PlateDriver, measure_um_pp: Callable[[], float]) -> Tracking:
         refused = str(error)
     if not abs(top_um_pp - swept_um_pp) <= AGREES * swept_um_pp:
         raise OffCalibration(
-            f"at its resonance of {now_hz:.1f} Hz, the plate reaches {top_um_pp:.3f} µm p-p with "
-            f"{voltage_v:.2f} V peak, but the calibration predicts {swept_um_pp:.3f} µm p-p"
+            "at its resonance of {now_hz:.1f} Hz, the plate reaches {top_um_pp:.3f} µm p-p with "
+            "{voltage_v:.2f} V peak, but the calibration predicts {swept_um_pp:.3f} µm p-p",
+            now_hz=now_hz,
+            top_um_pp=top_um_pp,
+            voltage_v=voltage_v,
+            swept_um_pp=swept_um_pp,
         )
     if abs(now_hz - resonance.frequency_hz) > LARGEST_SHIFT * half_hz:
         refused = (

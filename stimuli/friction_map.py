@@ -101,7 +101,9 @@ class FrictionMap(Parametric):
         try:
             _unpacked(self.pixels, self.columns)
         except (ValueError, binascii.Error, zlib.error) as error:
-            raise UserError(f"{self.where}: the image cannot be read ({error})") from None
+            raise UserError(
+                "{where}: the image cannot be read ({error})", where=self.where, error=error
+            ) from None
 
     @property
     def _rows(self) -> Greys:
@@ -191,9 +193,13 @@ class FrictionMap(Parametric):
         steps = min(math.floor(stroke_s / modulator.shortest_step_s + 1e-9), STEPS_MAX)
         if steps < 2:  # noqa: PLR2004 - fewer are no change
             raise UserError(
-                f"{self.where}: a finger at {self.finger_speed_mm_s:g} mm/s crosses the image in "
-                f"{1000 * stroke_s:.3g} ms, but the plate and its connection need "
-                f"{2000 * modulator.shortest_step_s:g} ms for two amplitudes"
+                "{where}: a finger at {finger_speed_mm_s:g} mm/s crosses the image in "
+                "{given:.3g} ms, but the plate and its connection need {given_2:g} ms for two "
+                "amplitudes",
+                where=self.where,
+                finger_speed_mm_s=self.finger_speed_mm_s,
+                given=1000 * stroke_s,
+                given_2=2000 * modulator.shortest_step_s,
             )
         levels = tuple(self.shown((step + 0.5) / steps) for step in range(steps))
         step_s = stroke_s / steps

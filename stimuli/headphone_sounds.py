@@ -48,8 +48,10 @@ class Tones:
         places = range(1, TONES + 1)
         if self.quiet == self.antiphase or not {self.quiet, self.antiphase} <= set(places):
             raise UserError(
-                f"headphone test: tone {self.quiet} quiet and tone {self.antiphase} in "
-                "antiphase; expected two different tones from 1 to 3"
+                "headphone test: tone {quiet} quiet and tone {antiphase} in antiphase; expected "
+                "two different tones from 1 to 3",
+                quiet=self.quiet,
+                antiphase=self.antiphase,
             )
 
     @property

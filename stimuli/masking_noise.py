@@ -53,15 +53,22 @@ def pink_noise(
         never clipped, because clipping would change its spectrum.
     """
     if not math.isfinite(level_db):
-        raise UserError(f"masking noise: level_db must be a finite number of dB, but is {level_db}")
+        raise UserError(
+            "masking noise: level_db must be a finite number of dB, but is {level_db}",
+            level_db=level_db,
+        )
     samples = round(duration_s * sample_rate_hz)
     frequency_hz = np.fft.rfftfreq(samples, 1 / sample_rate_hz)
     band = (frequency_hz >= low_hz) & (frequency_hz <= high_hz)
     band[-1] = False  # The bin at half the sample rate has no free phase.
     if not band.any():
         raise UserError(
-            f"masking noise: no frequency between {low_hz} and {high_hz} Hz fits "
-            f"{duration_s} s at {sample_rate_hz} Hz"
+            "masking noise: no frequency between {low_hz} and {high_hz} Hz fits {duration_s} s "
+            "at {sample_rate_hz} Hz",
+            low_hz=low_hz,
+            high_hz=high_hz,
+            duration_s=duration_s,
+            sample_rate_hz=sample_rate_hz,
         )
     generator = np.random.default_rng(seed)
     white = generator.standard_normal((2, int(band.sum())))
@@ -73,8 +80,10 @@ def pink_noise(
     if peak > 1:
         highest_db = math.floor(10 * (level_db - 20 * math.log10(peak))) / 10
         raise UserError(
-            f"masking noise: level_db must be at most {highest_db:.1f}, but is {level_db:g}: "
-            "the noise's peaks would exceed full scale"
+            "masking noise: level_db must be at most {highest_db:.1f}, but is {level_db:g}: the "
+            "noise's peaks would exceed full scale",
+            highest_db=highest_db,
+            level_db=level_db,
         )
     return noise.astype(np.float32)
 

@@ -90,14 +90,17 @@ class Loop:
 
     def __post_init__(self) -> None:
         if len(self.levels) < 2:  # noqa: PLR2004 - one amplitude is no modulation
-            raise UserError(f"loop: expected at least two levels, but found {len(self.levels)}")
+            raise UserError(
+                "loop: expected at least two levels, but found {count}", count=len(self.levels)
+            )
         for each in (*self.levels, self.mean_level):
             if not (math.isfinite(each) and each >= 0):
-                raise UserError(f"loop: each level must be 0 or more, but one is {each}")
+                raise UserError("loop: each level must be 0 or more, but one is {each}", each=each)
         if not (math.isfinite(self.step_s) and 0 < self.edge_s <= self.step_s):
             raise UserError(
-                f"loop: edge_s must be above 0 and at most step_s ({self.step_s} s), "
-                f"but is {self.edge_s} s"
+                "loop: edge_s must be above 0 and at most step_s ({step_s} s), but is {edge_s} s",
+                step_s=self.step_s,
+                edge_s=self.edge_s,
             )
 
     @property
@@ -154,7 +157,11 @@ class Modulator:
         for name in self.__slots__:
             value = getattr(self, name)
             if not (math.isfinite(value) and value > 0):
-                raise UserError(f"modulator: {name} must be a positive number, but is {value}")
+                raise UserError(
+                    "modulator: {name} must be a positive number, but is {value}",
+                    name=name,
+                    value=value,
+                )
 
     @property
     def time_constant_s(self) -> float:
@@ -230,11 +237,16 @@ class Modulator:
         ):
             if value_s < shortest_s * (1 - ROUNDING):
                 raise UserError(
-                    f"loop: {what} must be at least {shortest_s:.6g}, but is {value_s:.6g}"
+                    "loop: {what} must be at least {shortest_s:.6g}, but is {value_s:.6g}",
+                    what=what,
+                    shortest_s=shortest_s,
+                    value_s=value_s,
                 )
         if len(loop.levels) > STEPS_MAX:
             raise UserError(
-                f"loop: expected at most {STEPS_MAX} amplitudes, but found {len(loop.levels)}"
+                "loop: expected at most {steps_max} amplitudes, but found {count}",
+                steps_max=STEPS_MAX,
+                count=len(loop.levels),
             )
 
 

@@ -14,6 +14,7 @@ from functools import cache
 from typing import Self, get_type_hints
 
 from slipscale.faults import UserError
+from slipscale.faults.message import Message
 from slipscale.stimuli.quantity import Quantity, made_by_plate
 
 
@@ -47,8 +48,8 @@ class Parameter:
     def range(self) -> str:
         """Description of the range."""
         parts = [f"above {self.above:g}"] if self.above > -math.inf else []
-        parts += [f"{self.least:g} or more"] if self.least > -math.inf else []
-        parts += [f"at most {self.most:g}"] if self.most < math.inf else []
+        parts += [Message("{least:g} or more", least=self.least)] if self.least > -math.inf else []
+        parts += [Message("at most {most:g}", most=self.most)] if self.most < math.inf else []
         return ", ".join(parts)
 
     def refuse(self, where: str, field: str, value: float) -> None:
@@ -61,7 +62,14 @@ class Parameter:
                 else field
             )
             unit = f" {self.unit}" if self.unit else ""
-            raise UserError(f"{where}: {key} is {value}, expected {self.range}{unit}")
+            raise UserError(
+                "{where}: {key} is {value}, expected {range}{unit}",
+                where=where,
+                key=key,
+                value=value,
+                range=self.range,
+                unit=unit,
+            )
 
     def quantity(self, plate: Quantity) -> Quantity:
         """Return the quantity whose levels are values of this parameter."""
@@ -129,7 +137,9 @@ class Parametric:
 
     def turned(self, level: float) -> Self:
         """Raise ValueError, because a texture has no single level that can be adjusted."""
-        raise ValueError(f"{self.where} cannot be adjusted to {level}")
+        raise ValueError(
+            Message("{where} cannot be adjusted to {level}", where=self.where, level=level)
+        )
 
     def refuse_parameters(self) -> None:
         """Raise `UserError` if a parameter is out of range."""

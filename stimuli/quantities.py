@@ -6,6 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from slipscale.faults import UserError
+from slipscale.faults.message import Message
 
 Array = npt.NDArray[np.float64]
 
@@ -40,12 +41,24 @@ def _within(
     try:
         array = np.asarray(value, dtype=float)
     except (TypeError, ValueError):
-        raise UserError(f"{name} is {value!r}, expected a number of {unit}") from None
+        raise UserError(
+            "{name} is {value}, expected a number of {unit}",
+            name=name,
+            value=repr(value),
+            unit=unit,
+        ) from None
     low, high = bounds
     good = np.isfinite(array) & (array <= high) & ((array > low) if open_below else (array >= low))
     if not np.all(good):
         bad = array[~good].flat[0] if array.ndim else float(array)
-        lower = f"above {low:g}" if open_below else f"{low:g} or more"
-        upper = f", at most {high:g}" if np.isfinite(high) else ""
-        raise UserError(f"{name} is {bad:g} {unit}, expected a finite value {lower}{upper} {unit}")
+        lower = f"above {low:g}" if open_below else Message("{low:g} or more", low=low)
+        upper = Message(", at most {high:g}", high=high) if np.isfinite(high) else ""
+        raise UserError(
+            "{name} is {bad:g} {unit}, expected a finite value {lower}{upper} {unit}",
+            name=name,
+            bad=bad,
+            unit=unit,
+            lower=lower,
+            upper=upper,
+        )
     return array

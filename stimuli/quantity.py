@@ -11,6 +11,7 @@ import re
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
+from slipscale.faults.message import Message
 from slipscale.stimuli.attributes import SLIPPERINESS, english_adjective
 from slipscale.stimuli.level_names import Names, Words, in_code, in_file
 from slipscale.stimuli.yes_no_words import STEPS, YesNoWords
@@ -185,7 +186,9 @@ class Quantity:
 
     def short(self, level: float) -> str:
         """Format a level with an abbreviated unit, such as "0.5 µm p-p"."""
-        return f"{level:g} {self.unit_in_short}".strip()
+        if not (unit := self.unit_in_short):
+            return f"{level:g}"
+        return Message("{level} {unit}", level=f"{level:g}", unit=unit)
 
     @property
     def axis(self) -> str:

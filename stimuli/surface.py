@@ -123,8 +123,9 @@ class VirtualSurface:
     def __post_init__(self) -> None:
         if not (math.isfinite(self.level) and self.level >= 0):
             raise UserError(
-                f"surface '{self.label}': level must be a finite number of 0 or more, "
-                f"but is {self.level}"
+                "surface '{label}': level must be a finite number of 0 or more, but is {level}",
+                label=self.label,
+                level=self.level,
             )
 
     @property

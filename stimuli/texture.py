@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from typing import Annotated, ClassVar, NoReturn, get_args
 
 from slipscale.faults import UserError
+from slipscale.faults.message import Message
 from slipscale.stimuli.modulation import (
     DEFAULT_MODULATOR,
     STEPS_MAX,
@@ -159,32 +160,49 @@ class Grating(Parametric):
     def __post_init__(self) -> None:
         self.refuse_parameters()
         if (self.spatial_period_mm is None) == (self.modulation_hz is None):
-            raise UserError(f"{self.where}: expected either spatial_period_mm or modulation_hz")
+            raise UserError(
+                "{where}: expected either spatial_period_mm or modulation_hz", where=self.where
+            )
         if self.waveform not in WAVES:
             known = ", ".join(get_args(Waveform))
             raise UserError(
-                f"{self.where}: unknown waveform '{self.waveform}' (expected one of: {known})"
+                "{where}: unknown waveform '{waveform}' (expected one of: {known})",
+                where=self.where,
+                waveform=self.waveform,
+                known=known,
             )
         if self.duty_share != HALF and self.waveform != "square":
             raise UserError(
-                f"{self.where}: duty_share is {self.duty_share}, which requires a square wave, but "
-                f"waveform is '{self.waveform}'"
+                "{where}: duty_share is {duty_share}, which requires a square wave, but waveform "
+                "is '{waveform}'",
+                where=self.where,
+                duty_share=self.duty_share,
+                waveform=self.waveform,
             )
         for name in HARMONICS:
             share, phase = f"{name}_harmonic_share", f"{name}_harmonic_phase_deg"
             if getattr(self, phase) and not getattr(self, share):
                 raise UserError(
-                    f"{self.where}: {phase} is {getattr(self, phase)}, but {share} is 0; "
-                    f"expected {share} above 0"
+                    "{where}: {phase} is {getattr}, but {share} is 0; expected {share} above 0",
+                    where=self.where,
+                    phase=phase,
+                    getattr=getattr(self, phase),
+                    share=share,
                 )
         if self._harmonics and self.waveform != "sine":
             raise UserError(
-                f"{self.where}: only a sine can have harmonics, but waveform is '{self.waveform}'"
+                "{where}: only a sine can have harmonics, but waveform is '{waveform}'",
+                where=self.where,
+                waveform=self.waveform,
             )
         if self.depth_level > (most := self.mean_level / -self._ends[0]):
             of = "the mean, " if most == self.mean_level else ""
             raise UserError(
-                f"{self.where}: depth must be at most {of}{most:.6g}, but is {self.depth_level}"
+                "{where}: depth must be at most {of}{most:.6g}, but is {depth_level}",
+                where=self.where,
+                of=of,
+                most=most,
+                depth_level=self.depth_level,
             )
 
     @property
@@ -250,7 +268,9 @@ class Grating(Parametric):
     def level_at(self, position_mm: float, _across_mm: float = 0.0) -> float:
         """Return the amplitude at a position along the stroke."""
         if self.spatial_period_mm is None:
-            raise ValueError(f"{self.where} varies only in time and has no position")
+            raise ValueError(
+                Message("{where} varies only in time and has no position", where=self.where)
+            )
         return self.level_in(position_mm / self.spatial_period_mm)
 
     def level_in(self, periods: float) -> float:
@@ -335,11 +355,17 @@ class Grating(Parametric):
         """
         if not math.isfinite(finger_speed_mm_s):
             raise UserError(
-                f"{self.where}: finger_speed_mm_s is {finger_speed_mm_s}, "
-                "expected a finite number of mm/s"
+                "{where}: finger_speed_mm_s is {finger_speed_mm_s}, expected a finite number of "
+                "mm/s",
+                where=self.where,
+                finger_speed_mm_s=finger_speed_mm_s,
             )
         if not (math.isfinite(duration_s) and duration_s > 0):
-            raise UserError(f"{self.where}: duration_s is {duration_s}, expected above 0 s")
+            raise UserError(
+                "{where}: duration_s is {duration_s}, expected above 0 s",
+                where=self.where,
+                duration_s=duration_s,
+            )
         rate = self.rate_hz(finger_speed_mm_s)
         if rate == 0 or self.depth_level == 0:
             return (AmplitudeStep(0.0, self.level_in(0.0)),)
@@ -363,14 +389,22 @@ class Grating(Parametric):
         """Raise the error for a wave that is too fast for the plate or the serial line."""
         if self.spatial_period_mm is None:
             raise UserError(
-                f"{self.where}: modulation_hz is {rate_hz:.3g}, but the plate and its connection "
-                f"can follow at most {fastest_hz:.3g} Hz"
+                "{where}: modulation_hz is {rate_hz:.3g}, but the plate and its connection can "
+                "follow at most {fastest_hz:.3g} Hz",
+                where=self.where,
+                rate_hz=rate_hz,
+                fastest_hz=fastest_hz,
             )
         raise UserError(
-            f"{self.where}: a finger at {speed_mm_s:g} mm/s crosses {rate_hz:.3g} periods "
-            f"per second, but the plate and its connection can follow at most {fastest_hz:.3g}: "
-            f"expected a finger speed up to {fastest_hz * self.spatial_period_mm:.3g} mm/s or "
-            f"a period from {speed_mm_s / fastest_hz:.3g} mm"
+            "{where}: a finger at {speed_mm_s:g} mm/s crosses {rate_hz:.3g} periods per second, "
+            "but the plate and its connection can follow at most {fastest_hz:.3g}: expected a "
+            "finger speed up to {fastest_hz_2:.3g} mm/s or a period from {speed_mm_s_2:.3g} mm",
+            where=self.where,
+            speed_mm_s=speed_mm_s,
+            rate_hz=rate_hz,
+            fastest_hz=fastest_hz,
+            fastest_hz_2=fastest_hz * self.spatial_period_mm,
+            speed_mm_s_2=speed_mm_s / fastest_hz,
         )
 
     def change(

@@ -138,16 +138,26 @@ class Transient(Parametric):
     def __post_init__(self) -> None:
         self.refuse_parameters()
         if sum(getattr(self, each) is not None for each in TRIGGERS) != 1:
-            raise UserError(f"{self.where}: expected exactly one of {', '.join(TRIGGERS)}")
+            raise UserError(
+                "{where}: expected exactly one of {triggers}",
+                where=self.where,
+                triggers=", ".join(TRIGGERS),
+            )
         if self.shape not in get_args(Shape):
             known = ", ".join(get_args(Shape))
             raise UserError(
-                f"{self.where}: unknown shape '{self.shape}' (expected one of: {known})"
+                "{where}: unknown shape '{shape}' (expected one of: {known})",
+                where=self.where,
+                shape=self.shape,
+                known=known,
             )
         if self.duration_s is not None and self.duration_s < self.transition_s:
             raise UserError(
-                f"{self.where}: duration_s must be at least transition_s "
-                f"({self.transition_s:g}), but is {self.duration_s:g}"
+                "{where}: duration_s must be at least transition_s ({transition_s:g}), but is "
+                "{duration_s:g}",
+                where=self.where,
+                transition_s=self.transition_s,
+                duration_s=self.duration_s,
             )
 
     @property
@@ -284,15 +294,21 @@ class Transient(Parametric):
             shortest_s = FEWEST_PIECES * step_s
         if self.transition_s < shortest_s * (1 - 1e-9):
             raise UserError(
-                f"{self.where}: transition_s is {self.transition_s:g}, but the plate and "
-                f"its connection need {shortest_s:.4g} or more for a {self.shape} transition"
+                "{where}: transition_s is {transition_s:g}, but the plate and its connection "
+                "need {shortest_s:.4g} or more for a {shape} transition",
+                where=self.where,
+                transition_s=self.transition_s,
+                shortest_s=shortest_s,
+                shape=self.shape,
             )
         if not linear:
             if lasts_s is not None and lasts_s < modulator.shortest_step_s:
                 raise UserError(
-                    f"{self.where}: duration_s is {lasts_s:g}, but the plate and its "
-                    "connection need "
-                    f"{modulator.shortest_step_s:.4g} or more"
+                    "{where}: duration_s is {lasts_s:g}, but the plate and its connection need "
+                    "{shortest_step_s:.4g} or more",
+                    where=self.where,
+                    lasts_s=lasts_s,
+                    shortest_step_s=modulator.shortest_step_s,
                 )
             return 1, lasts_s or max(self.transition_s, HELD_S)
         most = math.floor(self.transition_s / step_s + 1e-9)
@@ -303,7 +319,10 @@ class Transient(Parametric):
         if error_s > DURATION_ERROR_S:
             possible_s = round(lasts_s / each_s) * each_s
             raise UserError(
-                f"{self.where}: duration_s is {lasts_s:g}, but a linear transition is played in "
-                f"equal steps; the nearest duration is {possible_s:.4g}"
+                "{where}: duration_s is {lasts_s:g}, but a linear transition is played in equal "
+                "steps; the nearest duration is {possible_s:.4g}",
+                where=self.where,
+                lasts_s=lasts_s,
+                possible_s=possible_s,
             )
         return round(self.transition_s / each_s), each_s

@@ -58,7 +58,7 @@ class _Once(Action):
         option: str | None = None,
     ) -> None:
         if getattr(namespace, self.dest) is not None:
-            raise UserError(f"{option} is given twice; expected only once")
+            raise UserError("{option} is given twice; expected only once", option=option)
         setattr(namespace, self.dest, values)
 
 

@@ -306,9 +306,11 @@ def ask_for_long(args: Namespace, left: list[Any], part: Part) -> None:
     seconds = estimated_s(left, jobs * part.of)
     if seconds > HOUR_S:
         raise UserError(
-            f"{len(left)} parts of {args.studies} studies per condition take about "
-            f"{seconds / HOUR_S:.1f} hours here; add --yes to compute them, or use --jobs, a "
-            "smaller grid or fewer --studies"
+            "{count} parts of {studies} studies per condition take about {seconds:.1f} hours "
+            "here; add --yes to compute them, or use --jobs, a smaller grid or fewer --studies",
+            count=len(left),
+            studies=args.studies,
+            seconds=seconds / HOUR_S,
         )
 
 

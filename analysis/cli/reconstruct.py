@@ -192,7 +192,7 @@ def _announce(columns: list[Solutions]) -> None:
 def _check(arguments: argparse.Namespace) -> None:
     """Reject arguments that contradict each other or are out of range."""
     if arguments.seed < 0:
-        raise UserError(f"--seed {arguments.seed}: expected 0 or more")
+        raise UserError("--seed {seed}: expected 0 or more", seed=arguments.seed)
     if arguments.sample is None:
         if arguments.long:
             raise UserError(
@@ -388,7 +388,9 @@ def _output(path: Path | None) -> Iterator[TextIO]:
     try:
         file = path.open("w", encoding="utf-8", newline="")
     except OSError as error:
-        raise UserError(f"{path}: cannot be written ({error.strerror})") from None
+        raise UserError(
+            "{path}: cannot be written ({reason})", path=path, reason=error.strerror
+        ) from None
     with file:
         yield file
 

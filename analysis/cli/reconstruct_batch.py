@@ -47,7 +47,9 @@ def run_batch(arguments: Namespace) -> int:
                 file.flush()
                 found.append((verdict.verdict, verdict.failed))
     except OSError as error:
-        raise UserError(f"{arguments.out}: cannot be written ({error.strerror})") from None
+        raise UserError(
+            "{out}: cannot be written ({reason})", out=arguments.out, reason=error.strerror
+        ) from None
     print("\n".join(summary(found)))
     return ANSWER_IS_NO if any(word == "inconsistent" for word, _ in found) else DONE
 
@@ -67,7 +69,7 @@ def _earlier(path: Path, names: list[str], rows: Sequence[Row]) -> list[tuple[st
     try:
         text = path.read_bytes().decode("utf-8")
     except (OSError, UnicodeDecodeError) as error:
-        raise UserError(f"{path}: cannot be read ({error})") from None
+        raise UserError("{path}: cannot be read ({error})", path=path, error=error) from None
     whole = text[: text.rfind("\n") + 1]
     reader = csv.reader(io.StringIO(whole, newline=""))
     head, written = next(reader, names), [dict(zip(names, cells, strict=False)) for cells in reader]

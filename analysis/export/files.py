@@ -43,7 +43,9 @@ def write_export(analysis: Analysis, out: Path, forms: Sequence[str]) -> list[st
         return [name for form in forms for name in FORMS[form](analysis, report)]
     except OSError as error:
         raise UserError(
-            f"{error.filename or out}: cannot be written ({error.strerror or error})"
+            "{filename}: cannot be written ({reason})",
+            filename=error.filename or out,
+            reason=error.strerror or error,
         ) from error
 
 

@@ -185,7 +185,9 @@ def default_rule(trials: pd.DataFrame) -> str:
 def divisors(trials: pd.DataFrame, rule: str) -> pd.Series[float]:
     """Return the divisor for each trial, or NaN if the rule does not apply."""
     if rule not in RULES:
-        raise UserError(f"normalisation '{rule}': expected one of {', '.join(RULES)}")
+        raise UserError(
+            "normalisation '{rule}': expected one of {rules}", rule=rule, rules=", ".join(RULES)
+        )
     if not len(trials):
         return pd.Series(dtype=float)
     values = RULES[rule].divisor(trials).astype(float)
@@ -211,9 +213,12 @@ def normalise(trials: pd.DataFrame, rule: str) -> pd.Series[float]:
     if below.isna().any():
         who = sorted(trials.loc[below.isna(), PARTICIPANT].astype(str).unique())
         raise UserError(
-            f"normalisation '{rule}' requires {RULES[rule].needs} (missing for "
-            f"{listed(who)}); with these data, expected one of "
-            f"{', '.join(normalise_by_all(trials))}"
+            "normalisation '{rule}' requires {needs} (missing for {listed}); with these data, "
+            "expected one of {normalise_by_all}",
+            rule=rule,
+            needs=RULES[rule].needs,
+            listed=listed(who),
+            normalise_by_all=", ".join(normalise_by_all(trials)),
         )
     return _scaled(trials, rule, below)
 

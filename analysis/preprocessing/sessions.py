@@ -40,7 +40,12 @@ def only_session(data: Dataset, session: str) -> Dataset:
     known = sessions_of(data)
     if session not in known:
         available = ", ".join(known) or "none"
-        raise UserError(f"{data.name}: unknown session '{session}'; expected one of {available}")
+        raise UserError(
+            "{data_name}: unknown session '{session}'; expected one of {available}",
+            data_name=data.name,
+            session=session,
+            available=available,
+        )
     note = f"Only session {session} is analysed; the data contain sessions {', '.join(known)}."
     of_session = data.with_tables(lambda table: _rows(table, session))
     return replace(of_session, problems=(*data.problems, note))

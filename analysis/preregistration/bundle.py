@@ -16,7 +16,7 @@ from pydantic import ValidationError
 
 from slipscale.analysis.preregistration.manifest import FORMAT, MANIFEST, STUDY, Manifest
 from slipscale.faults import UserError
-from slipscale.faults.validation import in_words
+from slipscale.faults.validation import faults_in, sentences
 
 ZIP = ".zip"
 #: Fixed date for zip entries, the earliest that the format supports.
@@ -71,7 +71,9 @@ def write_bundle(out: Path, files: Mapping[str, bytes]) -> None:
             out.parent.mkdir(parents=True, exist_ok=True)
             shutil.move(unfinished, out)
         except OSError as error:
-            raise UserError(f"--out {out}: cannot be written ({error.strerror})") from None
+            raise UserError(
+                "--out {out}: cannot be written ({reason})", out=out, reason=error.strerror
+            ) from None
 
 
 def _write(path: Path, files: Mapping[str, bytes]) -> None:
@@ -90,7 +92,7 @@ def refuse_taken(out: Path) -> None:
     """Raise `UserError` if the path already exists: a plan is frozen only once."""
     if out.exists():
         raise UserError(
-            f"--out {out}: already exists; a plan is frozen only once, so choose a new name"
+            "--out {out}: already exists; a plan is frozen only once, so choose a new name", out=out
         )
 
 
@@ -156,7 +158,7 @@ def _manifest(path: Path, content: bytes) -> Manifest:
 
 
 def _first(error: ValidationError) -> str:
-    return in_words(error).partition("; ")[0]
+    return sentences(faults_in(error), lambda _: 0)[0].whole
 
 
 def _of_folder(path: Path) -> dict[str, bytes]:

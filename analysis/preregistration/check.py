@@ -16,6 +16,7 @@ from slipscale.experiments.dataset.hand_exclusions import BY_HAND
 from slipscale.experiments.dataset.schema import SIDECAR
 from slipscale.experiments.study.file import study_hash
 from slipscale.faults import UserError
+from slipscale.faults.message import Message
 
 #: Kinds of deviation, keyed by setting of the [analysis] table. Other settings count as options.
 KIND_OF_CHOICE: Mapping[str, DeviationKind] = {
@@ -54,7 +55,10 @@ def check_plan(bundle: Bundle, analysis: Analysis, options: Sequence[str] = ()) 
     ]
     found += _choices(bundle, analysis)
     found += [
-        Deviation(kind="options", what=f"{option} was used, but is not in the plan.")
+        Deviation(
+            kind="options",
+            what=Message("{option} was used, but is not in the plan.", option=option),
+        )
         for option in options
     ]
     plan = bundle.manifest
@@ -248,7 +252,8 @@ def _codebook(planned: str, analysis: Analysis) -> Iterator[Deviation]:
     used = {source.name: source.sha256 for source in analysis.dataset.sources}
     if name and used.get(name) != planned:
         yield Deviation(
-            kind="options", what=f"The codebook {name} differs from the frozen codebook."
+            kind="options",
+            what=Message("The codebook {name} differs from the frozen codebook.", name=name),
         )
 
 

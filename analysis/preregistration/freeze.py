@@ -185,15 +185,23 @@ def _power(folder: Path, study: str) -> dict[str, bytes]:
                  if path.is_file()}  # fmt: skip
     except OSError as error:
         raise UserError(
-            f"--power {error.filename or folder}: {error.strerror}; expected the folder that "
-            "slipscale power --out wrote"
+            "--power {filename}: {reason}; expected the folder that slipscale power --out wrote",
+            filename=error.filename or folder,
+            reason=error.strerror,
         ) from None
     except (ValueError, KeyError, TypeError):
         raise UserError(
-            f"--power {folder}: {POWER_RESULT} is not a result of slipscale power"
+            "--power {folder}: {power_result} is not a result of slipscale power",
+            folder=folder,
+            power_result=POWER_RESULT,
         ) from None
     if of != study:
-        raise UserError(f"--power {folder}: belongs to study '{of}'; expected '{study}'")
+        raise UserError(
+            "--power {folder}: belongs to study '{of}'; expected '{study}'",
+            folder=folder,
+            of=of,
+            study=study,
+        )
     return found
 
 

@@ -61,7 +61,10 @@ def _gather(
             content = path.read_bytes()
         except OSError as error:
             raise UserError(
-                f"{path}: cannot be read ({error.strerror}); the study's {key} names this file"
+                "{path}: cannot be read ({reason}); the study's {key} names this file",
+                path=path,
+                reason=error.strerror,
+                key=key,
             ) from None
         found[path.resolve()] = NamedFile(key=f"{prefix}{key}", path=path, content=content)
         if path.suffix == ".toml":

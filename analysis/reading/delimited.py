@@ -25,6 +25,7 @@ from slipscale.experiments.dataset.schema import MISSING as NO_VALUE
 from slipscale.experiments.dataset.schema import SIDECAR
 from slipscale.experiments.journal.serialisation import QUANTITY
 from slipscale.faults import UserError
+from slipscale.faults.message import joined
 from slipscale.faults.toml_lines import Lines as TomlLines
 from slipscale.faults.validation import faults_in, sentences
 from slipscale.stimuli.level_names import UNKNOWN, Names
@@ -98,7 +99,9 @@ def read_bytes(path: Path, most: int = -1) -> bytes:
         with path.open("rb") as file:
             return file.read(most)
     except OSError as error:
-        raise UserError(f"{path}: cannot be read ({error.strerror})") from error
+        raise UserError(
+            "{path}: cannot be read ({reason})", path=path, reason=error.strerror
+        ) from error
 
 
 def digest(content: bytes) -> str:
@@ -358,4 +361,4 @@ def faults_of(error: ValidationError, text: str, within: tuple[str, ...] = ()) -
     If only one table of the document was validated, such as ``[analysis]``, ``within`` is its key.
     """
     faults = [((*within, *place), fault) for place, fault in faults_in(error)]
-    return "; ".join(said for _, said in sentences(faults, TomlLines(text).of))
+    return joined("; ", (each.whole for each in sentences(faults, TomlLines(text).of)))

@@ -342,5 +342,7 @@ def write_mapping(mapping: TableMapping, path: Path) -> Path:
             newline="\n",
         )
     except OSError as error:
-        raise UserError(f"{file}: cannot be written ({error.strerror})") from error
+        raise UserError(
+            "{file}: cannot be written ({reason})", file=file, reason=error.strerror
+        ) from error
     return file

@@ -89,7 +89,9 @@ def write_analysis(
         _write(report, page.render(analysis, svgs, versions))
     except OSError as error:
         raise UserError(
-            f"{error.filename or out}: cannot be written ({error.strerror or error})"
+            "{filename}: cannot be written ({reason})",
+            filename=error.filename or out,
+            reason=error.strerror or error,
         ) from error
     return report
 

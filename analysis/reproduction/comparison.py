@@ -241,6 +241,8 @@ def write_figures(
                 paths += save(draw(), out / name, (".svg", ".png"))
     except OSError as error:
         raise UserError(
-            f"{error.filename or out}: cannot be written ({error.strerror or error})"
+            "{filename}: cannot be written ({reason})",
+            filename=error.filename or out,
+            reason=error.strerror or error,
         ) from error
     return paths

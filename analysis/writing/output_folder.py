@@ -30,9 +30,11 @@ def make_folder(out: Path) -> None:
             if people.exists() and not people.stat().st_mode & OF_OTHERS:
                 out.chmod(stat.S_IRWXU)
     except FileExistsError as error:
-        raise UserError(f"{out}: is a file; expected a folder for the output") from error
+        raise UserError("{out}: is a file; expected a folder for the output", out=out) from error
     except OSError as error:
-        raise UserError(f"{out}: cannot be created ({error.strerror})") from error
+        raise UserError(
+            "{out}: cannot be created ({reason})", out=out, reason=error.strerror
+        ) from error
 
 
 def default_folder(data: Dataset, source: str | Path) -> Path:

@@ -77,8 +77,9 @@ def run_data(args: Namespace) -> int:
     found = journals(args.dataset)
     if not found:
         raise UserError(
-            f"{args.dataset}: no journals; expected a data set folder, with "
-            "sourcedata/sub-01/sub-01_run-01_journal.jsonl"
+            "{dataset}: no journals; expected a data set folder, with "
+            "sourcedata/sub-01/sub-01_run-01_journal.jsonl",
+            dataset=args.dataset,
         )
     actions = {"build": build_dataset, "verify": verify}
     return _tell(args, actions[args.what](args.dataset), len(found))
@@ -130,7 +131,13 @@ def _tell(args: Namespace, problems: Sequence[Problem], journals: int) -> int:
         import json  # noqa: PLC0415
         from dataclasses import asdict  # noqa: PLC0415
 
-        print(json.dumps([asdict(problem) for problem in problems], indent=2, ensure_ascii=False))
+        from slipscale.faults.message import output  # noqa: PLC0415
+
+        found = [
+            asdict(each) | {"place": output(each.place), "what": output(each.what)}
+            for each in problems
+        ]
+        print(json.dumps(found, indent=2, ensure_ascii=False))
     for problem in problems if not args.json else ():
         print(problem, file=sys.stderr)
     if problems:

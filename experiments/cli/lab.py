@@ -103,7 +103,11 @@ def _console(args: Namespace) -> int:
     from slipscale.faults import UserError  # noqa: PLC0415
 
     if not 0 <= args.port <= HIGHEST_PORT:
-        raise UserError(f"--port {args.port}: expected a number from 0 to {HIGHEST_PORT}")
+        raise UserError(
+            "--port {port}: expected a number from 0 to {highest_port}",
+            port=args.port,
+            highest_port=HIGHEST_PORT,
+        )
     if here().file:
         _folder()  # raises an error if the study cannot be read
     serve(port=args.port, lan=args.lan, browser=not args.no_browser)
@@ -138,9 +142,10 @@ def run_next(args: Namespace) -> int:
     defaults, roster = _folder(pilot=args.pilot)
     if is_mock(defaults.plate) and not args.pilot:
         raise UserError(
-            f"{defaults.file}: plate '{defaults.plate}' is simulated; participants cannot "
-            "feel it. Set the real plate in this file (slipscale plate list), or rehearse: "
-            "slipscale next --pilot"
+            "{file}: plate '{plate}' is simulated; participants cannot feel it. Set the real "
+            "plate in this file (slipscale plate list), or rehearse: slipscale next --pilot",
+            file=defaults.file,
+            plate=defaults.plate,
         )
     out = defaults.out(pilot=args.pilot)
     label, visit = _whose(roster, args.participant)
@@ -185,24 +190,32 @@ def _whose(roster: Roster, wanted: str | None) -> tuple[str, Visit | None]:
         participant has no planned runs left.
     """
     from slipscale.faults import UserError  # noqa: PLC0415
+    from slipscale.faults.message import Message  # noqa: PLC0415
 
     if roster.running:
-        raise UserError(f"a session is running: {roster.running.path}; end it first")
+        raise UserError(
+            "a session is running: {running_path}; end it first", running_path=roster.running.path
+        )
     if wanted is None and roster.new is None:
         back = ", ".join(person.label for person in roster.of("returns"))
         raise UserError(
-            f"all {roster.planned} planned participants have started"
-            + (
-                f"; participants due to return: {back} (slipscale next --participant ...)"
-                if back
-                else ""
+            "all {planned} planned participants have started{returning}; to add another "
+            "participant: slipscale run --participant ...",
+            planned=roster.planned,
+            returning=Message(
+                "; participants due to return: {back} (slipscale next --participant ...)", back=back
             )
-            + "; to add another participant: slipscale run --participant ..."
+            if back
+            else "",
         )
     if wanted is None or (person := roster.person(wanted)) is None:
         return wanted or str(roster.new), None
     if person.next_visit is None:
-        raise UserError(f"participant {wanted}: no planned runs remain ({person.state})")
+        raise UserError(
+            "participant {wanted}: no planned runs remain ({state})",
+            wanted=wanted,
+            state=person.state,
+        )
     return wanted, person.next_visit
 
 
@@ -317,8 +330,9 @@ def run_note(args: Namespace) -> int:
     text = " ".join(args.words)
     if len(text) > LONGEST_NOTE:
         raise UserError(
-            f"the note has {len(text)} characters; expected at most {LONGEST_NOTE}: write several "
-            "notes"
+            "the note has {count} characters; expected at most {longest_note}: write several notes",
+            count=len(text),
+            longest_note=LONGEST_NOTE,
         )
     defaults = here()
     say(defaults)
@@ -336,8 +350,9 @@ def run_note(args: Namespace) -> int:
             return DONE
     searched = " and ".join(str(folder) for folder in folders)
     raise UserError(
-        f"no session is running in {searched}; notes can only be written to a running "
-        "session's journal"
+        "no session is running in {searched}; notes can only be written to a running session's "
+        "journal",
+        searched=searched,
     )
 
 
@@ -356,7 +371,9 @@ def _folder(*, pilot: bool = False) -> tuple[Defaults, Roster]:
 
     defaults = here()
     if defaults.file is None:
-        raise UserError(f"there is no {FILE} here; create a laboratory folder: slipscale lab init")
+        raise UserError(
+            "there is no {file} here; create a laboratory folder: slipscale lab init", file=FILE
+        )
     say(defaults)
     study, text = read_study(defaults.study)
     return defaults, read_roster(defaults.out(pilot=pilot), study, text)

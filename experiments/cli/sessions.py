@@ -22,6 +22,7 @@ from slipscale.experiments.cli.session_options import (
 )
 from slipscale.experiments.lab.defaults import Defaults, here, say
 from slipscale.faults import ANSWER_IS_NO, DONE, INTERRUPTED, harmless
+from slipscale.faults.message import Message
 
 if TYPE_CHECKING:
     from slipscale.experiments.running.lab_session import Setting
@@ -213,14 +214,16 @@ def _interrupted(folder: Path | None) -> str:
         for path in journals(place)
         if run_state(path) in ("interrupted", "damaged")
     ]
-    start = f"{folder} is a folder" if folder else "RUN_JOURNAL is missing"
+    start = Message("{folder} is a folder", folder=folder) if folder else "RUN_JOURNAL is missing"
     start += "; expected the journal of an interrupted run"
     if found:
         return f"{start}. {'; '.join(how_to_resume(path) for path in found)}"
     searched = folder or f"{defaults.data} or {defaults.pilots}"
-    return (
-        f"{start}, but there is no interrupted run in {searched}; to begin a run: slipscale run "
-        "--participant 01"
+    return Message(
+        "{start}, but there is no interrupted run in {searched}; to begin a run: slipscale "
+        "run --participant 01",
+        start=start,
+        searched=searched,
     )
 
 
@@ -281,7 +284,13 @@ def run_check(args: Namespace) -> int:
         import json  # noqa: PLC0415
         from dataclasses import asdict  # noqa: PLC0415
 
-        print(json.dumps([asdict(finding) for finding in findings], indent=2, ensure_ascii=False))
+        from slipscale.faults.message import output  # noqa: PLC0415
+
+        found = [
+            asdict(each) | {"detail": output(each.detail), "remedy": output(each.remedy)}
+            for each in findings
+        ]
+        print(json.dumps(found, indent=2, ensure_ascii=False))
     failed = [finding.name for finding in findings if finding.passed is False]
     if failed:
         print(f"not ready: {', '.join(failed)}", file=sys.stderr)

@@ -170,14 +170,16 @@ def _refuse_without_timeline(args: Namespace) -> None:
     """Reject options that require ``--timeline``."""
     for name in ("population", "json"):
         if getattr(args, name):
-            raise UserError(f"--{name} requires --timeline")
+            raise UserError("--{name} requires --timeline", name=name)
 
 
 def _figure_path(args: Namespace) -> Path | None:
     """Return the path of the figure, if a figure is requested."""
     figure: Path | None = args.figure
     if figure and figure.suffix not in (".svg", ".png", ".pdf"):
-        raise UserError(f"--figure {figure}: expected a name that ends in .svg, .png or .pdf")
+        raise UserError(
+            "--figure {figure}: expected a name that ends in .svg, .png or .pdf", figure=figure
+        )
     return figure
 
 
@@ -187,7 +189,7 @@ def _save(figure: Figure, path: Path) -> None:
     try:
         save(figure, path)
     except OSError as error:
-        raise UserError(f"--figure {path}: {error.strerror}") from None
+        raise UserError("--figure {path}: {reason}", path=path, reason=error.strerror) from None
 
 
 def _timeline(args: Namespace) -> int:

@@ -19,7 +19,6 @@ from slipscale.experiments.dataset.journals import journals
 from slipscale.faults import UserError
 
 KNOWN = Path("sourcedata", "backups.json")
-NO_BACKUP = "NO BACKUP of this run"  # beginning of the warning about a missing backup
 
 
 def back_up(dataset: Path, journal: Path, folder: Path) -> Path:
@@ -52,8 +51,9 @@ def back_up(dataset: Path, journal: Path, folder: Path) -> Path:
         # A journal only grows, so an earlier copy must match the beginning of the journal.
         if copy.exists() and not content.startswith(copy.read_bytes()):
             raise UserError(
-                f"{copy}: contains another run, or a longer journal of this run; expected a "
-                "separate backup folder for this data set"
+                "{copy}: contains another run, or a longer journal of this run; expected a "
+                "separate backup folder for this data set",
+                copy=copy,
             )
         copy.parent.mkdir(parents=True, exist_ok=True)
         _remember(dataset, place)
@@ -67,9 +67,13 @@ def back_up(dataset: Path, journal: Path, folder: Path) -> Path:
     except OSError as error:
         with suppress(OSError):
             draft.unlink()
-        raise UserError(f"{copy}: cannot be written ({error.strerror})") from None
+        raise UserError(
+            "{copy}: cannot be written ({reason})", copy=copy, reason=error.strerror
+        ) from None
     if not same:
-        raise UserError(f"{copy}: the copy differs from the journal; the medium may be faulty")
+        raise UserError(
+            "{copy}: the copy differs from the journal; the medium may be faulty", copy=copy
+        )
     if (decided := journal.with_name(RECORD)).is_file():
         write_file(copy.with_name(RECORD), decided.read_bytes(), durable=True)
     return copy
@@ -90,15 +94,19 @@ def back_up_exclusions(dataset: Path, participant: str) -> None:
 def check_folder(dataset: Path, folder: Path) -> None:
     """Raise `UserError` unless a folder is suitable for backups of a data set."""
     if not folder.is_dir():
-        raise UserError(f"--backup {folder}: no such folder; connect its disk, or create it")
+        raise UserError(
+            "--backup {folder}: no such folder; connect its disk, or create it", folder=folder
+        )
     if folder.resolve().is_relative_to(dataset.resolve()):
         raise UserError(
-            f"--backup {folder}: the folder is inside the data set; expected a folder elsewhere"
+            "--backup {folder}: the folder is inside the data set; expected a folder elsewhere",
+            folder=folder,
         )
     if folder.resolve() == dataset.resolve().parent:
         raise UserError(
-            f"--backup {folder}: the folder contains the data set itself; expected a folder "
-            "elsewhere"
+            "--backup {folder}: the folder contains the data set itself; expected a folder "
+            "elsewhere",
+            folder=folder,
         )
 
 
@@ -144,7 +152,9 @@ def backups(dataset: Path) -> list[Path]:
         return []
     except (OSError, ValueError, TypeError, RecursionError) as error:
         raise UserError(
-            f"{path}: cannot be read ({error}); expected the list that --backup writes"
+            "{path}: cannot be read ({error}); expected the list that --backup writes",
+            path=path,
+            error=error,
         ) from None
 
 

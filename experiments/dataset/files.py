@@ -52,4 +52,6 @@ def write_file(
     except OSError as error:
         with suppress(OSError):
             draft.unlink()
-        raise UserError(f"{path}: cannot be written ({error.strerror})") from None
+        raise UserError(
+            "{path}: cannot be written ({reason})", path=path, reason=error.strerror
+        ) from None

@@ -35,6 +35,7 @@ from slipscale.experiments.dataset.schema import (
     TABLE_NAME,
 )
 from slipscale.experiments.dataset.tsv import table
+from slipscale.faults.message import Message
 
 if TYPE_CHECKING:
     from slipscale.experiments.dataset.files import Content
@@ -142,13 +143,18 @@ def _lost(run: Run, entry: dict[str, object]) -> str:
     if type(count) is not int or count < 1:
         return ""
     if len(run.records) < count:
-        return (
-            f"the end of the journal is missing: it has {len(run.records)} records, but had "
-            f"{count} when its tables were made"
+        return Message(
+            "the end of the journal is missing: it has {count} records, but had {count_2} "
+            "when its tables were made",
+            count=len(run.records),
+            count_2=count,
         )
     now = run.records[count - 1].hash
     if known and now and not run.damage and now != known:
-        return f"the first {count} records differ from the records from which the tables were made"
+        return Message(
+            "the first {count} records differ from the records from which the tables were made",
+            count=count,
+        )
     return ""
 
 
@@ -156,10 +162,12 @@ def _loses(path: Path, new: str, *, damaged: bool) -> str:
     """Return which data would be lost if a table were rebuilt, or an empty string if none."""
     before, rows = _rows(path), _parse(new)
     if len(before) > len(rows):
-        return (
-            f"the table has {len(before)} rows, but only {len(rows)} are in its journal; the "
-            "table was left unchanged. Restore the journal, or delete the table and rebuild the "
-            "data set"
+        return Message(
+            "the table has {count} rows, but only {count_2} are in its journal; the table "
+            "was left unchanged. Restore the journal, or delete the table and rebuild the "
+            "data set",
+            count=len(before),
+            count_2=len(rows),
         )
     erased = sum(
         row.get(column) == MISSING and cell != MISSING
@@ -167,10 +175,11 @@ def _loses(path: Path, new: str, *, damaged: bool) -> str:
         for column, cell in old.items()
     )
     if damaged and erased:
-        return (
-            f"the table contains {erased} values that were lost from its damaged journal; the "
-            "table was left unchanged. Restore the journal, or delete the table and rebuild the "
-            "data set"
+        return Message(
+            "the table contains {erased} values that were lost from its damaged journal; the "
+            "table was left unchanged. Restore the journal, or delete the table and rebuild "
+            "the data set",
+            erased=erased,
         )
     return ""
 
@@ -196,7 +205,9 @@ def _keep_rows(
         if not same:
             kept.append(old)
             yield Problem(
-                file=str(name), place=label, what=(f"this row is not in any journal; {KEPT}")
+                file=str(name),
+                place=label,
+                what=(Message("this row is not in any journal; {kept}", kept=KEPT)),
             )
             continue
         erased = [
@@ -208,7 +219,9 @@ def _keep_rows(
             same[0].update({column: old[column] for column in erased})
             values = ", ".join(erased)
             yield Problem(
-                file=str(name), place=label, what=(f"no journal contains {values}; {KEPT}")
+                file=str(name),
+                place=label,
+                what=(Message("no journal contains {values}; {kept}", values=values, kept=KEPT)),
             )
     rows += kept
     header = [*dict.fromkeys(column for row in rows for column in row)]

@@ -67,12 +67,16 @@ def decide(
     path = dataset / "sourcedata" / f"sub-{participant}" / RECORD
     if not path.parent.is_dir():
         raise UserError(
-            f"participant {participant}: {dataset} contains no data from this participant"
+            "participant {participant}: {dataset} contains no data from this participant",
+            participant=participant,
+            dataset=dataset,
         )
     known = decisions(path) if path.exists() else ()
     if excluded == bool(known and known[-1].excluded):
         state = "already excluded" if excluded else "not excluded by hand"
-        raise UserError(f"participant {participant} is {state}")
+        raise UserError(
+            "participant {participant} is {state}", participant=participant, state=state
+        )
     if not reason.strip():
         raise UserError("expected a reason, which is printed in the report")
     decision = Decision(
@@ -95,9 +99,13 @@ def decisions(path: Path) -> tuple[Decision, ...]:
     try:
         found = DECISIONS.validate_json(path.read_bytes())
     except OSError as error:
-        raise UserError(f"{path}: cannot be read ({error.strerror})") from None
+        raise UserError(
+            "{path}: cannot be read ({reason})", path=path, reason=error.strerror
+        ) from None
     except ValidationError as error:
-        raise UserError(f"{path}: {in_words(error)}") from None
+        raise UserError("{path}: {in_words}", path=path, in_words=in_words(error)) from None
     if not found:
-        raise UserError(f"{path}: the file is empty; expected at least one decision, or no file")
+        raise UserError(
+            "{path}: the file is empty; expected at least one decision, or no file", path=path
+        )
     return found

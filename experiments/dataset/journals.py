@@ -15,6 +15,7 @@ from slipscale.experiments.journal.reading import Damage, has_begun
 from slipscale.experiments.journal.record import Record
 from slipscale.experiments.study.run_plan import Mode, RunPlan
 from slipscale.faults import UserError, harmless
+from slipscale.faults.message import Message
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -82,7 +83,8 @@ def mode_of(dataset: Path) -> Mode | None:
             modes.add(plan.mode)
     if len(modes) > 1:
         raise UserError(
-            f"{dataset}: contains both pilot and participant data, which must not be mixed"
+            "{dataset}: contains both pilot and participant data, which must not be mixed",
+            dataset=dataset,
         )
     return modes.pop() if modes else None
 
@@ -103,7 +105,9 @@ def read_runs(dataset: Path) -> tuple[list[Run], list[Problem]]:
         try:
             run = _read_run(dataset, path, problems)
         except UserError as error:
-            problems.append(Problem(file=file, what=f"no run can be read ({error})"))
+            problems.append(
+                Problem(file=file, what=Message("no run can be read ({error})", error=error))
+            )
             continue
         if run:
             runs.append(run)
@@ -134,8 +138,11 @@ def _read_run(dataset: Path, path: Path, problems: list[Problem]) -> Run | None:
         problems.append(
             Problem(
                 file=file,
-                what=f"the first record is damaged ({reason}), so the run cannot be "
-                "identified; the journal is not used"
+                what=Message(
+                    "the first record is damaged ({reason}), so the run cannot be "
+                    "identified; the journal is not used",
+                    reason=reason,
+                )
                 if reading.records
                 else (
                     "the first record is incomplete: the journal is empty, and the run can be "
@@ -146,7 +153,9 @@ def _read_run(dataset: Path, path: Path, problems: list[Problem]) -> Run | None:
         return None
     if plan.journal_path(dataset) != path:
         expected = plan.journal_path(dataset).relative_to(dataset).as_posix()
-        raise UserError(f"the journal was written as {expected}; restore that name")
+        raise UserError(
+            "the journal was written as {expected}; restore that name", expected=expected
+        )
     plan.tasks()  # raises an error if the study cannot be read
     return Run(
         path=path,

@@ -60,5 +60,7 @@ def _read(dataset: Path) -> dict[str, list[Path]]:
         return {SOURCES: [], INTO: []}
     except (OSError, ValueError, LookupError, TypeError, RecursionError) as error:
         raise UserError(
-            f"{path}: cannot be read ({error}); expected the lists written by slipscale data merge"
+            "{path}: cannot be read ({error}); expected the lists written by slipscale data merge",
+            path=path,
+            error=error,
         ) from None

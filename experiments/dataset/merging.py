@@ -28,6 +28,7 @@ from slipscale.experiments.journal.locks import is_being_written
 from slipscale.experiments.journal.plan_and_progress import read_usable
 from slipscale.experiments.study.run_plan import RunPlan
 from slipscale.faults import UserError
+from slipscale.faults.message import Message
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -65,7 +66,7 @@ def merge(one: Path, other: Path, out: Path) -> Merged:
     for folder in sources:
         _check_source(folder)
     if out.exists() and (not out.is_dir() or any(out.iterdir())):
-        raise UserError(f"--out {out}: is not an empty folder; name a new folder")
+        raise UserError("--out {out}: is not an empty folder; name a new folder", out=out)
     chosen = _by_place(one)
     for place, path in _by_place(other).items():
         # For each run, the longer journal is used, because the shorter one was copied before the
@@ -80,14 +81,22 @@ def merge(one: Path, other: Path, out: Path) -> Merged:
             else f"{len(contradictions)} contradictions"
         )
         lines = "".join(f"\n  {sentence}" for sentence in contradictions)
-        raise UserError(f"{one} and {other} cannot be merged because of {many}:{lines}")
+        raise UserError(
+            "{one} and {other} cannot be merged because of {many}:{lines}",
+            one=one,
+            other=other,
+            many=many,
+            lines=lines,
+        )
     # The merge is recorded before data are copied, so that a withdrawal also removes the copy.
     for folder in sources:
         note_merged(folder, out)
     try:
         problems = _write(one, other, out, chosen)
     except OSError as error:
-        raise UserError(f"--out {out}: cannot be written ({error.strerror})") from None
+        raise UserError(
+            "--out {out}: cannot be written ({reason})", out=out, reason=error.strerror
+        ) from None
     runs, _ = read_runs(out)
     return Merged(runs=len(runs), notes=tuple(_in_both(one, other)), problems=tuple(problems))
 
@@ -111,12 +120,12 @@ def _write(one: Path, other: Path, out: Path, chosen: dict[Path, Path]) -> list[
 def _check_source(folder: Path) -> None:
     found = journals(folder)
     if not found:
-        raise UserError(f"{folder}: no journals; expected a data set folder")
+        raise UserError("{folder}: no journals; expected a data set folder", folder=folder)
     for path in found:
         if is_being_written(path):
-            raise UserError(f"{path}: a session is running; end it first")
+            raise UserError("{path}: a session is running; end it first", path=path)
     for sentence in unfinished(folder):
-        raise UserError(f"{folder}: {sentence}")
+        raise UserError("{folder}: {sentence}", folder=folder, sentence=sentence)
 
 
 def _by_place(folder: Path) -> dict[Path, Path]:
@@ -127,7 +136,13 @@ def _contradictions(one: Path, other: Path) -> Iterator[str]:
     """Yield the contradictions between two data sets."""
     modes = {folder: mode_of(folder) for folder in (one, other)}
     if None not in modes.values() and modes[one] != modes[other]:
-        yield f"{one} contains {modes[one]} data, but {other} contains {modes[other]} data"
+        yield Message(
+            "{one} contains {modes} data, but {other} contains {modes_2} data",
+            one=one,
+            modes=modes[one],
+            other=other,
+            modes_2=modes[other],
+        )
     for folder in (one, other):
         for problem in with_former(folder, read_runs(folder)[0]).problems:
             yield f"{folder}: {problem}"
@@ -136,15 +151,23 @@ def _contradictions(one: Path, other: Path) -> Iterator[str]:
         shorter, longer = sorted((ours[place].read_bytes(), others[place].read_bytes()), key=len)
         if not longer.startswith(shorter):
             yield (
-                f"{place}: the data sets contain different runs under this name (perhaps of two "
-                "people with the same number)"
+                Message(
+                    "{place}: the data sets contain different runs under this name (perhaps of "
+                    "two people with the same number)",
+                    place=place,
+                )
             )
     plans = {folder: list(_plans(folder)) for folder in (one, other)}
     names = [{plan.study.name for plan in plans[folder]} for folder in (one, other)]
     if names[0] and names[1] and not names[0] & names[1]:
         yield (
-            f"{one} contains study {_listed(names[0])}, but {other} contains study "
-            f"{_listed(names[1])}"
+            Message(
+                "{one} contains study {listed}, but {other} contains study {listed_2}",
+                one=one,
+                listed=_listed(names[0]),
+                other=other,
+                listed_2=_listed(names[1]),
+            )
         )
     for name in sorted(names[0] & names[1]):
         texts = [
@@ -152,11 +175,13 @@ def _contradictions(one: Path, other: Path) -> Iterator[str]:
             for folder in (one, other)
         ]
         if texts[0] != texts[1]:
-            yield f"study '{name}': the study files in the two data sets differ"
+            yield Message("study '{name}': the study files in the two data sets differ", name=name)
         seeds = {plan.seed for folder in plans for plan in plans[folder] if plan.study.name == name}
         if len(seeds) > 1:
             numbers = ", ".join(map(str, sorted(seeds)))
-            yield f"study '{name}' was run with different seeds: {numbers}"
+            yield Message(
+                "study '{name}' was run with different seeds: {numbers}", name=name, numbers=numbers
+            )
     yield from _people(one, other, {plan.participant for each in plans.values() for plan in each})
 
 
@@ -195,7 +220,12 @@ def _own_files(one: Path, other: Path, chosen: dict[Path, Path]) -> Iterator[str
     for place in (Path(README), *sorted((code - made) | decided)):
         found = [folder / place for folder in (one, other) if (folder / place).is_file()]
         if len({path.read_bytes() for path in found}) > 1:
-            yield (f"{place}: this file differs between the data sets; make the copies the same")
+            yield (
+                Message(
+                    "{place}: this file differs between the data sets; make the copies the same",
+                    place=place,
+                )
+            )
         elif found:
             chosen[place] = found[0]
 

@@ -36,6 +36,7 @@ from slipscale.experiments.journal.plan_and_progress import software
 from slipscale.experiments.journal.serialisation import dialect
 from slipscale.experiments.steps.questions import CONSENT
 from slipscale.experiments.study.file import study_hash
+from slipscale.faults.message import Message
 
 if TYPE_CHECKING:
     from slipscale.experiments.dataset.files import Content
@@ -76,7 +77,12 @@ def render(runs: Sequence[Run]) -> tuple[dict[PurePosixPath, Content], list[Prob
         except (LookupError, TypeError, ValueError, AttributeError) as error:
             name = "/".join(run.path.parts[-3:])
             problems.append(
-                Problem(file=name, what=f"the run's records do not match its tables ({error!r})")
+                Problem(
+                    file=name,
+                    what=Message(
+                        "the run's records do not match its tables ({error})", error=repr(error)
+                    ),
+                )
             )
             continue
         files.update(own)
@@ -310,7 +316,7 @@ def _readme(plan: RunPlan, *, simulated: bool) -> str:
     )
     q = study.quantity
     amplitudes = ", ".join(f"{level:g}" for level in study.levels)
-    what = q.levels if study.vary else f"plate {q.levels}"
+    what = q.levels if study.vary else Message("plate {levels}", levels=q.levels)
     names = ", ".join(texture.name for texture in study.textures)
     textures = f"; textures {names}" if names else ""
     return (

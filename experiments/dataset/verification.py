@@ -24,6 +24,7 @@ from slipscale.experiments.dataset.schema import SIDECAR
 from slipscale.experiments.dataset.withdrawn import RECORD, unfinished
 from slipscale.experiments.steps.questions import CONSENT
 from slipscale.experiments.study.person_questions import TAKEN
+from slipscale.faults.message import Message
 
 # Maximum number of similar problems in one file that are reported individually.
 TOLD = 20
@@ -63,7 +64,7 @@ def _compare(dataset: Path, name: PurePosixPath, content: Content) -> list[Probl
     try:
         text = path.read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError) as error:
-        return [Problem(file=str(name), what=f"cannot be read ({error})")]
+        return [Problem(file=str(name), what=Message("cannot be read ({error})", error=error))]
     if name.suffix == ".tsv":
         problems = list(_rows(str(name), text, str(content)))
     elif isinstance(content, dict):
@@ -72,7 +73,9 @@ def _compare(dataset: Path, name: PurePosixPath, content: Content) -> list[Probl
         same = text == content
         problems = [] if same else [Problem(file=str(name), what="differs from the journals")]
     if len(problems) > TOLD:
-        more = Problem(file=str(name), what=f"{len(problems) - TOLD} more differences")
+        more = Problem(
+            file=str(name), what=Message("{count} more differences", count=len(problems) - TOLD)
+        )
         problems = [*problems[:TOLD], more]
     return problems
 
@@ -82,7 +85,7 @@ def _compressed(path: Path, name: str, content: bytes) -> list[Problem]:
     try:
         same = gzip.decompress(path.read_bytes()) == gzip.decompress(content)
     except (OSError, EOFError, zlib.error) as error:
-        return [Problem(file=name, what=f"cannot be read ({error})")]
+        return [Problem(file=name, what=Message("cannot be read ({error})", error=error))]
     return [] if same else [Problem(file=name, what="differs from the journals")]
 
 
@@ -91,7 +94,7 @@ def _rows(name: str, text: str, expected: str) -> Iterator[Problem]:
     try:
         there = _cells(text)
     except csv.Error as error:
-        yield Problem(file=name, what=f"is not a table ({error})")
+        yield Problem(file=name, what=Message("is not a table ({error})", error=error))
         return
     header, *rows = _cells(expected)
     if not there or there[0] != header:
@@ -104,7 +107,7 @@ def _rows(name: str, text: str, expected: str) -> Iterator[Problem]:
         if same != "equal":
             pairs = zip_longest(found[begin:end], rows[first:last])
             for number, (row, right) in enumerate(pairs, start=begin + 2):
-                yield from _row(name, f"row {number}", header, row, right)
+                yield from _row(name, Message("row {number}", number=number), header, row, right)
 
 
 def _row(
@@ -116,15 +119,20 @@ def _row(
 ) -> Iterator[Problem]:
     """Yield the differences between a table row and the row expected from the journal."""
     if row is None:
-        what = f"is missing ({_short(right or ())})"
+        what = Message("is missing ({short})", short=_short(right or ()))
     elif right is None:
-        what = f"the row is not in the journal ({_short(row)})"
+        what = Message("the row is not in the journal ({short})", short=_short(row))
     elif len(row) != len(right):
-        what = f"{len(row)} cells instead of {len(right)}"
+        what = Message("{count} cells instead of {count_2}", count=len(row), count_2=len(right))
     else:
         for column, cell, wanted in zip(header, row, right, strict=True):
             if cell != wanted:
-                different = f"{column} is {cell[:40]!r}; the journal has {wanted[:40]!r}"
+                different = Message(
+                    "{column} is {cell}; the journal has {wanted}",
+                    column=column,
+                    cell=repr(cell[:40]),
+                    wanted=repr(wanted[:40]),
+                )
                 yield Problem(file=name, place=place, what=different)
         return
     yield Problem(file=name, place=place, what=what)
@@ -143,7 +151,7 @@ def _entries(name: str, text: str, content: dict[str, object]) -> Iterator[Probl
     try:
         there = _settled(json.loads(text), name)
     except (ValueError, RecursionError) as error:
-        yield Problem(file=name, what=f"cannot be read ({error})")
+        yield Problem(file=name, what=Message("cannot be read ({error})", error=error))
         return
     for entry, wanted in _settled(json.loads(json.dumps(content)), name).items():
         if entry in there and there[entry] != wanted:

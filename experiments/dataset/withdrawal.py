@@ -109,8 +109,9 @@ def _todo(dataset: Path, participant: str) -> Pending:
     for folder in (dataset, *todo.copies):
         if any(is_being_written(path) for path in _journals_of(folder, participant)):
             raise UserError(
-                f"--participant {participant}: a session of this participant is running; end "
-                "it first"
+                "--participant {participant}: a session of this participant is running; end it "
+                "first",
+                participant=participant,
             )
     return todo
 
@@ -119,7 +120,10 @@ def _nothing_of(dataset: Path, participant: str) -> UserError:
     labels = sorted({path.parent.name.removeprefix("sub-") for path in journals(dataset)})
     known = expected_one_of(participant, labels) if labels else "it contains no participants"
     return UserError(
-        f"--participant {participant}: {dataset} contains no data from this participant; {known}"
+        "--participant {participant}: {dataset} contains no data from this participant; {known}",
+        participant=participant,
+        dataset=dataset,
+        known=known,
     )
 
 
@@ -135,9 +139,10 @@ def _check_there(lists: dict[Path, Path]) -> None:
     for copy, file in lists.items():
         if not copy.is_dir():
             raise UserError(
-                f"the copy {copy} is not available, and may contain data from the "
-                "participant: connect its disk; if it no longer exists, remove its line from "
-                f"{file}"
+                "the copy {copy} is not available, and may contain data from the participant: "
+                "connect its disk; if it no longer exists, remove its line from {file}",
+                copy=copy,
+                file=file,
             )
 
 
@@ -192,7 +197,9 @@ def _remove(path: Path) -> None:
         except OSError as error:
             if not path.exists():
                 return
-            raise UserError(f"{path}: cannot be removed ({error.strerror})") from None
+            raise UserError(
+                "{path}: cannot be removed ({reason})", path=path, reason=error.strerror
+            ) from None
 
 
 def _journals_of(dataset: Path, participant: str) -> list[Path]:

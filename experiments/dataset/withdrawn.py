@@ -15,6 +15,7 @@ from typing import Any
 
 from slipscale.experiments.dataset.files import write_file
 from slipscale.faults import UserError
+from slipscale.faults.message import Message
 
 RECORD = Path("sourcedata", "withdrawn.json")
 PENDING = "pending"
@@ -59,8 +60,12 @@ def unfinished(dataset: Path) -> Iterator[str]:
     """Yield a sentence for each unfinished withdrawal, which explains how to finish it."""
     for label in pending(dataset):
         yield (
-            f"the withdrawal of participant {label} is not finished; to finish it, run slipscale "
-            f"data withdraw {dataset} --participant {label} --yes"
+            Message(
+                "the withdrawal of participant {label} is not finished; to finish it, run "
+                "slipscale data withdraw {dataset} --participant {label} --yes",
+                label=label,
+                dataset=dataset,
+            )
         )
 
 
@@ -94,8 +99,10 @@ def entries(dataset: Path) -> list[dict[str, Any]]:
         return []
     except (OSError, ValueError, LookupError, TypeError, AttributeError, RecursionError) as error:
         raise UserError(
-            f"{dataset / RECORD}: cannot be read ({error}); expected the list written by "
-            "slipscale data withdraw"
+            "{dataset}: cannot be read ({error}); expected the list written by slipscale data "
+            "withdraw",
+            dataset=dataset / RECORD,
+            error=error,
         ) from None
     return list(found)
 

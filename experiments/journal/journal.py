@@ -41,12 +41,12 @@ from slipscale.experiments.journal.reading import read_records
 from slipscale.experiments.journal.record import Record, encode, sealed
 from slipscale.experiments.journal.serialisation import dialect
 from slipscale.faults import UserError
+from slipscale.faults.message import Message
 from slipscale.hardware.clock import Clock
 
 # Permissions of a new file: readable by its owner only, or determined by the system's umask.
 OWNER_ONLY, AS_USUAL = 0o600, 0o666
 FALLBACK = "slipscale-kept"
-MOVED = "The journal's original location is missing"  # beginning of the final message of a session
 # What to do if a record cannot be written.
 REMEDIES = {errno.ENOSPC: "free some space", errno.EDQUOT: "free some of your quota"}
 CHECK_DISK = "check the disk and its cable"
@@ -122,7 +122,7 @@ class Journal:
         except FileExistsError:
             pass
         except OSError as error:
-            raise UserError(f"journal {path}: {error.strerror}") from None
+            raise UserError("journal {path}: {reason}", path=path, reason=error.strerror) from None
         return cls._open(path, clock, synced=synced, empty=True)
 
     @classmethod
@@ -137,7 +137,7 @@ class Journal:
         try:
             stream = path.open("r+b", buffering=0)
         except OSError as error:
-            raise UserError(f"journal {path}: {error.strerror}") from None
+            raise UserError("journal {path}: {reason}", path=path, reason=error.strerror) from None
         try:
             locks.take(stream, path)
             locked = True
@@ -145,8 +145,9 @@ class Journal:
             journal._take_stock()
             if empty and journal.records:
                 raise UserError(  # noqa: TRY301 - closed below
-                    f"this run already exists: {path}; name another participant, session or run, "
-                    "or resume it: slipscale resume"
+                    "this run already exists: {path}; name another participant, session or run, "
+                    "or resume it: slipscale resume",
+                    path=path,
                 )
             return journal  # noqa: TRY300 - a signal can arrive before an `else`
         except BaseException:  # Includes signals, because a stored traceback would keep the lock.
@@ -237,8 +238,11 @@ class Journal:
 
     def _not_written(self, error: OSError) -> UserError:
         return UserError(
-            f"journal {self.path}: cannot write ({error.strerror}); all responses before the last "
-            f"are on disk: {REMEDIES.get(error.errno or 0, CHECK_DISK)}, then slipscale resume"
+            "journal {path}: cannot write ({reason}); all responses before the last are on disk: "
+            "{get}, then slipscale resume",
+            path=self.path,
+            reason=error.strerror,
+            get=REMEDIES.get(error.errno or 0, CHECK_DISK),
         )
 
     def _mark(self) -> Mark:
@@ -286,13 +290,19 @@ class Journal:
             break
         else:
             raise UserError(
-                f"journal {lost} was removed or renamed, or its disk was disconnected, and no "
-                f"fallback folder can be written; it had {len(self.records)} records"
+                "journal {lost} was removed or renamed, or its disk was disconnected, and no "
+                "fallback folder can be written; it had {count} records",
+                lost=lost,
+                count=len(self.records),
             )
         self.moved(self.path)
         self.tell(
-            f"THE JOURNAL IS MISSING: {lost} was removed or renamed, or its disk was "
-            f"disconnected. All records, past and future, are kept in {self.path}"
+            Message(
+                "THE JOURNAL IS MISSING: {lost} was removed or renamed, or its disk was "
+                "disconnected. All records, past and future, are kept in {path}",
+                lost=lost,
+                path=self.path,
+            )
         )
 
     def _take_stock(self) -> None:

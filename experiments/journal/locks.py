@@ -86,7 +86,7 @@ def take(stream: FileIO, journal: Path) -> None:
         time.sleep(LOOK_S)
         free = _lock(stream, portalocker.LOCK_EX)
     if free is False:
-        raise UserError(f"journal {journal}: another session is writing to it")
+        raise UserError("journal {journal}: another session is writing to it", journal=journal)
     _leave_lock_file(journal, system_locks=free is not None)
 
 
@@ -125,7 +125,9 @@ def _leave_lock_file(journal: Path, *, system_locks: bool) -> None:
     claim = lock.with_name(f"{lock.name}.new")
     try:
         if not (_make(claim) or _make_again(claim, system_locks=system_locks)):
-            raise UserError(f"journal {journal}: another session is about to write to it")
+            raise UserError(
+                "journal {journal}: another session is about to write to it", journal=journal
+            )
         # The new file's time is the current time of the file system, whose clock may differ from
         # this computer's.
         now_s = claim.stat().st_mtime
@@ -137,8 +139,11 @@ def _leave_lock_file(journal: Path, *, system_locks: bool) -> None:
     except OSError:
         return  # If the folder is not writable, the first record cannot be written either.
     raise UserError(
-        f"journal {journal}: another session is writing to it ({holder}); if no session is running "
-        f"there, delete {lock}"
+        "journal {journal}: another session is writing to it ({holder}); if no session is "
+        "running there, delete {lock}",
+        journal=journal,
+        holder=holder,
+        lock=lock,
     )
 
 

@@ -51,11 +51,14 @@ def read_plan(path: Path) -> tuple[RunPlan, list[Record]]:
     records, _ = read_records(path)
     if not records and has_begun(path):
         raise UserError(
-            f"journal {path}: its first line is incomplete; expected a Slipscale journal. If the "
-            "session stopped as it began, start the run again with slipscale run"
+            "journal {path}: its first line is incomplete; expected a Slipscale journal. If the "
+            "session stopped as it began, start the run again with slipscale run",
+            path=path,
         )
     if not records:
-        raise UserError(f"journal {path} is empty; start the run again with slipscale run")
+        raise UserError(
+            "journal {path} is empty; start the run again with slipscale run", path=path
+        )
     _, damage = checked(records)
     if damage:
         raise damaged(path, damage[0])
@@ -108,7 +111,11 @@ def dataset_of(path: Path, plan: RunPlan) -> Path:
     expected = plan.journal_path(Path("DATASET"))
     if whole.parts[-3:] == expected.parts[-3:]:
         return whole.parent.parent.parent
-    raise UserError(f"journal {path} was written as {expected}; restore that name and folder")
+    raise UserError(
+        "journal {path} was written as {expected}; restore that name and folder",
+        path=path,
+        expected=expected,
+    )
 
 
 def last_markers(records: list[Record]) -> tuple[str, ...]:

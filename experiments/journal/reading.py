@@ -25,6 +25,7 @@ from typing import Any, NamedTuple
 from slipscale.experiments.journal.record import FORMAT, Record, decode, follows
 from slipscale.experiments.journal.serialisation import dialect
 from slipscale.faults import UserError
+from slipscale.faults.message import Message
 
 # Kind of the placeholder record for one or more unusable records.
 DAMAGED = "damaged"
@@ -38,7 +39,7 @@ class Damage:
     reason: str
 
     def __str__(self) -> str:
-        return f"line {self.line}: {self.reason}"
+        return Message("line {line}: {reason}", line=self.line, reason=self.reason)
 
 
 @dataclass(slots=True, kw_only=True)
@@ -84,7 +85,7 @@ def has_begun(path: Path) -> bool:
     except (FileNotFoundError, NotADirectoryError):
         return False
     except OSError as error:
-        raise UserError(f"journal {path}: {error.strerror}") from None
+        raise UserError("journal {path}: {reason}", path=path, reason=error.strerror) from None
 
 
 def read_whole(
@@ -104,7 +105,7 @@ def read_whole(
         with path.open("rb") as stream:
             lines = stream.readlines() if most is None else [stream.readline() for _ in range(most)]
     except OSError as error:
-        raise UserError(f"journal {path}: {error.strerror}") from None
+        raise UserError("journal {path}: {reason}", path=path, reason=error.strerror) from None
     reading = Reading()
     found: list[_Line] = []
     wrong: list[int] = []  # lines without a record
@@ -232,8 +233,11 @@ def read_records(path: Path) -> tuple[list[Record], int]:
 def damaged(path: Path, damage: Damage) -> UserError:
     """Create the error to be raised for a damaged journal."""
     return UserError(
-        f"journal {path}, line {damage.line}: damaged or not a journal ({damage.reason}); "
-        "expected one JSON record per line, as the session wrote it"
+        "journal {path}, line {line}: damaged or not a journal ({reason}); expected one JSON "
+        "record per line, as the session wrote it",
+        path=path,
+        line=damage.line,
+        reason=damage.reason,
     )
 
 
@@ -270,4 +274,6 @@ def _check_format(path: Path, first: Record) -> None:
 
 
 def _not_a_journal(path: Path) -> UserError:
-    return UserError(f"journal {path}: expected a Slipscale journal of format {FORMAT}")
+    return UserError(
+        "journal {path}: expected a Slipscale journal of format {format}", path=path, format=FORMAT
+    )

@@ -18,6 +18,8 @@ import zlib
 from dataclasses import dataclass, replace
 from typing import Any
 
+from slipscale.faults.message import Message
+
 FORMAT = 2
 HASH_DIGITS = 32
 # Maximum number of digits in an integer. Longer integers are never written, and floats overflow at
@@ -100,7 +102,9 @@ def decode(line: bytes) -> tuple[Record, str]:
 
 def _whole(digits: str) -> int:
     if len(digits) > MOST_DIGITS:
-        raise ValueError(f"a number has more than {MOST_DIGITS} digits")
+        raise ValueError(
+            Message("a number has more than {most_digits} digits", most_digits=MOST_DIGITS)
+        )
     return int(digits)
 
 

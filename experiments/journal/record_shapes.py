@@ -21,6 +21,7 @@ from slipscale.experiments.journal.serialisation import surface_kind
 from slipscale.experiments.steps.replies import Adjusted, Presented, Reply, Voided
 from slipscale.experiments.steps.trial import Trial
 from slipscale.faults import UserError
+from slipscale.faults.message import Message
 from slipscale.faults.validation import in_words
 from slipscale.hardware.contact.source import QUANTITIES
 
@@ -125,7 +126,12 @@ class _Contact(_Shape):
     @model_validator(mode="after")
     def _as_long(self) -> Self:
         if tuple(self.values) != QUANTITIES[self.source]:
-            raise ValueError(f"expected the values of {', '.join(QUANTITIES[self.source])}")
+            raise ValueError(
+                Message(
+                    "expected the values of {quantities}",
+                    quantities=", ".join(QUANTITIES[self.source]),
+                )
+            )
         if any(len(each) != len(self.times_s) for each in self.values.values()):
             raise ValueError("expected one value for each time")
         return self
@@ -307,7 +313,7 @@ def _check_step(what: dict[str, Any]) -> None:
     kind = what.get("type")
     if not isinstance(kind, str) or kind not in STEPS:
         _fit(_Step, what)
-        raise UserError(f"unknown step {what['type'][:40]!r}")
+        raise UserError("unknown step {what}", what=repr(what["type"][:40]))
     _fit(STEPS[kind][0], what)
     if what["trial"] is not None:
         _fit(Trial, what["trial"])
@@ -342,7 +348,7 @@ def _fit_json(shape: Any, text: str) -> None:
     if not issubclass(shape, _Shape):
         data = json.loads(text)
         if other := set(data) - {f.name for f in fields(shape)}:
-            raise UserError(f"{shape.__name__} has no {min(other)[:40]!r}")
+            raise UserError("{name} has no {min}", name=shape.__name__, min=repr(min(other)[:40]))
     _adapter(shape).validate_json(text, strict=True)
 
 

@@ -110,7 +110,7 @@ def init(folder: Path, answers: dict[str, str], ask: Callable[[str, str], str] |
     """
     path = folder / FILE
     if path.exists():
-        raise UserError(f"{path} already exists; edit it, or name another folder")
+        raise UserError("{path} already exists; edit it, or name another folder", path=path)
     given = dict(answers)
     for key, question in QUESTIONS.items():
         if ask and key not in given:
@@ -158,7 +158,9 @@ def write_settings(folder: Path, lab: LabFile) -> None:
     read_lab(folder)
     _check_study(folder, lab)
     if lab.backup and not (folder / lab.backup).is_dir():
-        raise UserError(f"backup: {lab.backup}: no such folder; connect its disk, or create it")
+        raise UserError(
+            "backup: {backup}: no such folder; connect its disk, or create it", backup=lab.backup
+        )
     document = tomlkit.parse(lab_text(folder) or rendered({}))
     for key, value in lab.model_dump(mode="json").items():
         if key not in document or document[key] != value:

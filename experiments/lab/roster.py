@@ -219,7 +219,9 @@ def _header(path: Path) -> tuple[str, str, str]:
 def _read_header(path: Path, _inode: int) -> tuple[str, str, str]:
     plan, reading = read_usable(path, most=1)
     if plan is None:
-        raise UserError(f"{path}: no header")  # not cached: the file may still be incomplete
+        raise UserError(
+            "{path}: no header", path=path
+        )  # not cached: the file may still be incomplete
     return plan.session, plan.run, str(reading.records[0].data["started_utc"])
 
 

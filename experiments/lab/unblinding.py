@@ -36,7 +36,7 @@ def unblinded(dataset: Path) -> list[str]:
     except (FileNotFoundError, NotADirectoryError):
         return []
     except (OSError, ValueError, LookupError, TypeError) as error:
-        raise UserError(f"{path}: cannot be read ({error})") from None
+        raise UserError("{path}: cannot be read ({error})", path=path, error=error) from None
 
 
 def unblind(dataset: Path, roster: Roster) -> None:

@@ -19,6 +19,7 @@ from string import Formatter
 
 from slipscale.experiments.languages.screen_room import not_drawn, too_long
 from slipscale.faults import UserError
+from slipscale.faults.message import Message
 from slipscale.stimuli.attributes import ATTRIBUTES, SLIPPERINESS, AttributeWords
 
 Texts = Mapping[str, str]
@@ -89,7 +90,11 @@ def load_texts(
         If the language does not exist, or a replacement text is invalid.
     """
     if language not in _languages() and not replacements:
-        raise UserError(f"unknown language '{language}': expected one of {', '.join(languages())}")
+        raise UserError(
+            "unknown language '{language}': expected one of {languages}",
+            language=language,
+            languages=", ".join(languages()),
+        )
     if not replacements and not brought:
         return shipped_texts(language, words)
     faults = text_faults(language, replacements or {}, brought)
@@ -164,9 +169,17 @@ def unlike(own: Texts, brought: Texts) -> Iterator[tuple[str, str]]:
         if not (text := own.get(key, "")):
             continue
         if lost := (blanks(english) or set()) - (blanks(text) or set()):
-            yield key, f"{', '.join(f'{{{name}}}' for name in sorted(lost))} is missing"
+            yield (
+                key,
+                Message(
+                    "{lost} is missing", lost=", ".join(f"{{{name}}}" for name in sorted(lost))
+                ),
+            )
         if " | " in english and len(answers(text)) != len(answers(english)):
-            yield key, f"expected {len(answers(english))} answers separated by |"
+            yield (
+                key,
+                Message("expected {count} answers separated by |", count=len(answers(english))),
+            )
 
 
 def texts_hash(texts: Texts) -> str:
@@ -176,7 +189,7 @@ def texts_hash(texts: Texts) -> str:
 
 def _unknown(key: str, shipped: Texts) -> str:
     near = get_close_matches(key, shipped, n=3) or sorted(shipped)
-    return f"unknown text key; expected a key such as {', '.join(near)}"
+    return Message("unknown text key; expected a key such as {near}", near=", ".join(near))
 
 
 def blanks(text: str) -> set[str] | None:
@@ -210,8 +223,11 @@ def _blank_faults(own: Texts, shipped: Texts) -> Iterator[tuple[str, str]]:
             yield (
                 key,
                 (
-                    "contains unknown placeholders or unbalanced braces; available "
-                    f"placeholders: {filled}"
+                    Message(
+                        "contains unknown placeholders or unbalanced braces; available "
+                        "placeholders: {filled}",
+                        filled=filled,
+                    )
                 ),
             )
 
@@ -220,11 +236,25 @@ def _key_faults(texts: Texts) -> Iterator[tuple[str, str]]:
     """Check yes/no letters, decimal signs and answer lists; yield keys and error messages."""
     yes, no = texts["window.yes_key"].casefold(), texts["window.no_key"].casefold()
     if len(yes) != 1 or len(no) != 1 or yes == no or not (yes + no).isalpha():
-        yield "window", f"yes_key '{yes}' and no_key '{no}': expected two different letters"
+        yield (
+            "window",
+            Message(
+                "yes_key '{yes}' and no_key '{no}': expected two different letters", yes=yes, no=no
+            ),
+        )
     if texts["window.decimal"] not in (".", ","):
         yield "window.decimal", "expected a point or a comma"
     key = "descending_difference.confidence_options"
     words = answers(texts[key])
     fits = FEWEST_ANSWERS <= len(words) <= NUMBER_KEYS
     if not fits or "" in words or len(set(words)) < len(words):
-        yield key, (f"expected {FEWEST_ANSWERS} to {NUMBER_KEYS} different answers separated by |")
+        yield (
+            key,
+            (
+                Message(
+                    "expected {fewest_answers} to {number_keys} different answers separated by |",
+                    fewest_answers=FEWEST_ANSWERS,
+                    number_keys=NUMBER_KEYS,
+                )
+            ),
+        )

@@ -151,7 +151,9 @@ class Context:
             If neither the task nor the study lists levels.
         """
         if not (own or self.levels):
-            raise UserError(f"neither the study nor the task lists {self.quantity.levels}")
+            raise UserError(
+                "neither the study nor the task lists {levels}", levels=self.quantity.levels
+            )
         return own or self.levels
 
 
@@ -380,7 +382,9 @@ class Protocol:
             ),
         )
         if faults := [expected for fault, expected in wrong if fault]:
-            raise UserError(f"{self.named}: invalid declaration: {'; '.join(faults)}")
+            raise UserError(
+                "{named}: invalid declaration: {faults}", named=self.named, faults="; ".join(faults)
+            )
 
     @property
     def named(self) -> str:
@@ -419,6 +423,9 @@ def protocol_texts(protocol: Protocol, language: str) -> Mapping[str, str]:
         return protocol.texts.get(ENGLISH) or next(iter(protocol.texts.values()))
     if protocol.texts and language not in protocol.texts:
         raise UserError(
-            f"{protocol.named}: has no texts in '{language}', only in {', '.join(protocol.texts)}"
+            "{named}: has no texts in '{language}', only in {texts}",
+            named=protocol.named,
+            language=language,
+            texts=", ".join(protocol.texts),
         )
     return protocol.texts.get(language, {})

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, get_args
 
 from slipscale.experiments.steps.steps import Step, Steps
 from slipscale.faults import UserError
+from slipscale.faults.message import Message
 from slipscale.faults.plug_ins import called
 
 if TYPE_CHECKING:
@@ -35,7 +36,12 @@ def guarded(protocol: Protocol, point: EntryPoint) -> Protocol:
         def count(*arguments: Any) -> int:
             number: object = watched(function, what)(*arguments)
             if not isinstance(number, int) or isinstance(number, bool):
-                raise UserError(f"{named}: {what} returned {number!r}, expected a whole number")
+                raise UserError(
+                    "{named}: {what} returned {number}, expected a whole number",
+                    named=named,
+                    what=what,
+                    number=repr(number),
+                )
             return number
 
         return count
@@ -65,7 +71,7 @@ def guarded(protocol: Protocol, point: EntryPoint) -> Protocol:
         trials=counted(protocol.trials, "trials"),
         steps=_steps(protocol, point),
         simulated={
-            name: watched(answer, f"the simulated answer to '{name}'")
+            name: watched(answer, Message("the simulated answer to '{name}'", name=name))
             for name, answer in protocol.simulated.items()
         },
         design=columns(protocol.design),
@@ -84,8 +90,9 @@ def _cell(
         found = value(record)
         if not isinstance(found, CELL):
             raise UserError(
-                f"{subject} contains {type(found).__name__}, expected a string, a number, "
-                "true, false or None"
+                "{subject} contains {name}, expected a string, a number, true, false or None",
+                subject=subject,
+                name=type(found).__name__,
             )
         return found
 
@@ -93,13 +100,17 @@ def _cell(
 
 
 def _steps(protocol: Protocol, point: EntryPoint) -> Callable[[Any, Context], Steps]:
-    named = f"{protocol.named}: its steps"
+    named = Message("{named}: its steps", named=protocol.named)
     make = protocol.steps
 
     def steps(options: Any, context: Context) -> Steps:
         own: object = called(point, lambda: make(options, context), named)
         if not isinstance(own, Generator):
-            raise UserError(f"{named} are of type {type(own).__name__}, expected a generator")
+            raise UserError(
+                "{named} are of type {name}, expected a generator",
+                named=named,
+                name=type(own).__name__,
+            )
         answer: Answer = None
         while True:
             step = called(point, lambda: _next(own, answer), named)  # noqa: B023 - called at once
@@ -107,8 +118,10 @@ def _steps(protocol: Protocol, point: EntryPoint) -> Callable[[Any, Context], St
                 return
             if not isinstance(step, STEPS):
                 raise UserError(
-                    f"{named} contain an object of type {type(step).__name__}, expected one of "
-                    f"{', '.join(kind.__name__ for kind in STEPS)}"
+                    "{named} contain an object of type {name}, expected one of {steps}",
+                    named=named,
+                    name=type(step).__name__,
+                    steps=", ".join(kind.__name__ for kind in STEPS),
                 )
             answer = yield step
 

@@ -11,6 +11,7 @@ from dataclasses import replace
 from slipscale.experiments.protocol_parts.base import Protocol
 from slipscale.experiments.protocol_parts.outside import guarded
 from slipscale.faults import UserError
+from slipscale.faults.message import Message
 from slipscale.faults.plug_ins import OURS, PROTOCOLS, called, installed, package_of
 
 
@@ -32,16 +33,24 @@ def load_protocol(name: str) -> Protocol:
     """
     point = installed(PROTOCOLS)[name]
     package = package_of(point)
-    named = f"protocol '{name}' of the package {package}"
+    named = Message("protocol '{name}' of the package {package}", name=name, package=package)
     loaded: object = called(point, point.load, named)
     if not isinstance(loaded, Protocol):
-        raise UserError(f"{named}: its entry point is {loaded!r}, expected a Protocol")
+        raise UserError(
+            "{named}: its entry point is {loaded}, expected a Protocol",
+            named=named,
+            loaded=repr(loaded),
+        )
     if package == OURS:
         return loaded
     for language, texts in loaded.texts.items():
         if foreign := [key for key in texts if not key.startswith(f"{name}.")]:
             raise UserError(
-                f"{named}: its {language} text '{foreign[0]}' could replace another protocol's "
-                f"text; expected a key that begins with '{name}.'"
+                "{named}: its {language} text '{foreign}' could replace another protocol's text; "
+                "expected a key that begins with '{name}.'",
+                named=named,
+                language=language,
+                foreign=foreign[0],
+                name=name,
             )
     return guarded(replace(loaded, package=package), point)

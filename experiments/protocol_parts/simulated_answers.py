@@ -108,7 +108,10 @@ def compared(step: Ask, person: SimulatedPerson) -> float:
     """Answer a `ComparisonQuestion` with the interval that seemed most (or least) slippery."""
     question = step.question
     if not isinstance(question, ComparisonQuestion):
-        raise UserError(f"'{step.name}' does not compare surfaces; expected a ComparisonQuestion")
+        raise UserError(
+            "'{step_name}' does not compare surfaces; expected a ComparisonQuestion",
+            step_name=step.name,
+        )
     felt = person.impressions
     if question.seeks == "odd":
         total = sum(felt)
@@ -126,7 +129,10 @@ def notices_difference(_step: Ask, person: SimulatedPerson) -> bool:
 def any_choice(step: Ask, person: SimulatedPerson) -> Value:
     """Answer a `ChoiceQuestion` that has no correct answer by choosing a random option."""
     if isinstance(step.question, ComparisonQuestion):
-        raise UserError(f"'{step.name}' compares surfaces, so a pilot cannot answer it at random")
+        raise UserError(
+            "'{step_name}' compares surfaces, so a pilot cannot answer it at random",
+            step_name=step.name,
+        )
     options = getattr(step.question, "options", ())
     chosen: str = person.stream(step.name).choice(options)[0]
     return chosen

@@ -73,9 +73,9 @@ def check(options: ConstantStimuli, context: Context) -> None:
     """Raise `UserError` if comparisons are repeated, or if all comparisons equal the standard."""
     comparisons, key = options.comparisons(context), context.quantity.named("comparison_levels")
     if len(set(comparisons)) < len(comparisons):
-        raise UserError(f"{key}: expected different amplitudes")
+        raise UserError("{key}: expected different amplitudes", key=key)
     if set(comparisons) == {options.standard_level}:
-        raise UserError(f"{key}: expected amplitudes other than the standard")
+        raise UserError("{key}: expected amplitudes other than the standard", key=key)
 
 
 def possible_levels(options: ConstantStimuli, context: Context) -> tuple[float, ...]:

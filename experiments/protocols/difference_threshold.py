@@ -57,8 +57,10 @@ def check(options: DifferenceThreshold, context: Context) -> None:
     q = context.quantity
     if options.compared_level(options.highest_level) < 0:
         raise UserError(
-            f"{q.named('highest_level')} is {options.highest_level:g}, but must be at most the "
-            f"standard ({q.short(options.standard_level)})"
+            "{named} is {highest_level:g}, but must be at most the standard ({standard_level})",
+            named=q.named("highest_level"),
+            highest_level=options.highest_level,
+            standard_level=q.short(options.standard_level),
         )
 
 

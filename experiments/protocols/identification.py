@@ -58,7 +58,11 @@ def check(_options: Identification, context: Context) -> None:
     if not FEWEST <= (levels := len(context.levels)) <= NUMBER_KEYS:
         q = context.quantity
         raise UserError(
-            f"identification: {q.named('levels')} has {levels}, expected {FEWEST} to {NUMBER_KEYS}"
+            "identification: {named} has {levels}, expected {fewest} to {number_keys}",
+            named=q.named("levels"),
+            levels=levels,
+            fewest=FEWEST,
+            number_keys=NUMBER_KEYS,
         )
 
 

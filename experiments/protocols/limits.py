@@ -87,8 +87,13 @@ def check(options: Limits, context: Context) -> None:
     q, count, needed = context.quantity, len(options.each_level), options.start_steps + PAIR
     if count < needed:
         raise UserError(
-            f"{q.named('lowest_level')} to {q.named('highest_level')} has {count} levels; expected "
-            f"at least start_steps + {PAIR}, which is {needed}"
+            "{named} to {named_2} has {count} levels; expected at least start_steps + {pair}, "
+            "which is {needed}",
+            named=q.named("lowest_level"),
+            named_2=q.named("highest_level"),
+            count=count,
+            pair=PAIR,
+            needed=needed,
         )
 
 

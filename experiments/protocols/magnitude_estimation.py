@@ -25,6 +25,7 @@ from slipscale.experiments.steps.questions import NumberQuestion
 from slipscale.experiments.steps.replies import Answer
 from slipscale.experiments.steps.steps import Ask, Explore, Instruct, Present, Silence, Step, Steps
 from slipscale.faults.frozen_table import setting
+from slipscale.faults.message import Message
 
 TASK = "magnitudeestimation"
 
@@ -59,7 +60,9 @@ class MagnitudeEstimation(RatedOptions):
             info.data["standard_level"] is None
         ):
             key = info.context.in_file(("standard_level",))[0] if info.context else "the standard"
-            raise ValueError(f"{key} and modulus belong together: set both, or neither")
+            raise ValueError(
+                Message("{key} and modulus belong together: set both, or neither", key=key)
+            )
         return value
 
 

@@ -88,14 +88,21 @@ def check(options: MagnitudeProduction, context: Context) -> None:
     low, high, q = options.lowest_level, options.highest_level, context.quantity
     if not low < options.standard_level < high:
         raise UserError(
-            f"the standard is {q.short(options.standard_level)}, but must be between "
-            f"{q.named('lowest_level')} and {q.named('highest_level')} ({low:g} to {high:g}), so "
-            "that participants can set levels below and above the standard"
+            "the standard is {standard_level}, but must be between {named} and {named_2} "
+            "({low:g} to {high:g}), so that participants can set levels below and above the "
+            "standard",
+            standard_level=q.short(options.standard_level),
+            named=q.named("lowest_level"),
+            named_2=q.named("highest_level"),
+            low=low,
+            high=high,
         )
     if options.step_level > (high - low) / 2:
         raise UserError(
-            f"{q.named('step_level')} is {options.step_level:g}; expected at most half of the "
-            f"adjustment range ({q.short((high - low) / 2)})"
+            "{named} is {step_level:g}; expected at most half of the adjustment range ({high})",
+            named=q.named("step_level"),
+            step_level=options.step_level,
+            high=q.short((high - low) / 2),
         )
 
 

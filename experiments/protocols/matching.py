@@ -101,8 +101,12 @@ def check(options: Matching, context: Context) -> None:
     q = context.quantity
     if options.furthest_start_level < options.nearest_start_level:
         raise UserError(
-            f"{q.named('furthest_start_level')} is {options.furthest_start_level:g}, expected "
-            f"at least {q.named('nearest_start_level')} ({options.nearest_start_level:g})"
+            "{named} is {furthest_start_level:g}, expected at least {named_2} "
+            "({nearest_start_level:g})",
+            named=q.named("furthest_start_level"),
+            furthest_start_level=options.furthest_start_level,
+            named_2=q.named("nearest_start_level"),
+            nearest_start_level=options.nearest_start_level,
         )
     for reference in options.references(context):
         low, high = (
@@ -111,9 +115,14 @@ def check(options: Matching, context: Context) -> None:
         )
         if low < options.lowest_level or high > options.highest_level:
             raise UserError(
-                f"trials for the reference {q.short(reference)} start at {low:g} to "
-                f"{q.short(high)}, outside the adjustment range ({options.lowest_level:g} to "
-                f"{options.highest_level:g}); choose a reference further from its limits"
+                "trials for the reference {reference} start at {low:g} to {high}, outside the "
+                "adjustment range ({lowest_level:g} to {highest_level:g}); choose a reference "
+                "further from its limits",
+                reference=q.short(reference),
+                low=low,
+                high=q.short(high),
+                lowest_level=options.lowest_level,
+                highest_level=options.highest_level,
             )
 
 

@@ -58,7 +58,10 @@ def check(options: PairedComparison, context: Context) -> None:
     size, there = SIZE[options.form], len(compared_surfaces(options, context))
     if there < size:
         raise UserError(
-            f"form = '{options.form}' compares {size} surfaces, but the study has {there}"
+            "form = '{form}' compares {size} surfaces, but the study has {there}",
+            form=options.form,
+            size=size,
+            there=there,
         )
 
 

@@ -137,20 +137,25 @@ def check(options: Pointing, context: Context) -> None:
         raise UserError("pointing: vary is not supported; expected levels of the plate")
     if options.dimensions == 2 and not options.movements % 2:  # noqa: PLR2004
         raise UserError(
-            f"pointing: movements is {options.movements}, expected an odd number if dimensions = 2"
+            "pointing: movements is {movements}, expected an odd number if dimensions = 2",
+            movements=options.movements,
         )
     widest_mm = max(options.widths_mm)
     if widest_mm > min(options.distances_mm):
         raise UserError(
-            f"pointing: a target {widest_mm:g} mm wide overlaps the start, which is "
-            f"{min(options.distances_mm):g} mm away; expected widths up to the smallest distance"
+            "pointing: a target {widest_mm:g} mm wide overlaps the start, which is {min:g} mm "
+            "away; expected widths up to the smallest distance",
+            widest_mm=widest_mm,
+            min=min(options.distances_mm),
         )
     room = (HALF_WIDTH if options.dimensions == 1 else HALF_HEIGHT) * options.screen_height_mm
     farthest_mm = _radius_mm(options, max(options.distances_mm)) + widest_mm / 2
     if farthest_mm > room:
         raise UserError(
-            f"pointing: targets reach {farthest_mm:.4g} mm from the middle, but the screen has "
-            f"room for {room:.4g} mm; use shorter distances or a larger screen_height_mm"
+            "pointing: targets reach {farthest_mm:.4g} mm from the middle, but the screen has "
+            "room for {room:.4g} mm; use shorter distances or a larger screen_height_mm",
+            farthest_mm=farthest_mm,
+            room=room,
         )
     if len(set(options.feedback)) < len(options.feedback):
         raise UserError("pointing: feedback names a condition twice; expected different conditions")
@@ -162,9 +167,10 @@ def check(options: Pointing, context: Context) -> None:
             )
         if options.target_level == options.ground_level:
             raise UserError(
-                f"pointing: {context.quantity.named('target_level')} equals "
-                f"{context.quantity.named('ground_level')}; feedback on the target requires "
-                "two different levels"
+                "pointing: {named} equals {named_2}; feedback on the target requires two "
+                "different levels",
+                named=context.quantity.named("target_level"),
+                named_2=context.quantity.named("ground_level"),
             )
 
 

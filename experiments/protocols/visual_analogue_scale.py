@@ -29,6 +29,7 @@ from slipscale.experiments.steps.questions import VisualAnalogueQuestion
 from slipscale.experiments.steps.replies import Answer
 from slipscale.experiments.steps.steps import Ask, Instruct, Step, Steps
 from slipscale.faults.frozen_table import setting
+from slipscale.faults.message import Message
 
 LENGTH = 100.0
 Start = Literal["left", "middle", "right", "random"]
@@ -81,7 +82,7 @@ class VisualAnalogueScale(RatedOptions):
             raise ValueError(
                 "expected a number that divides 100 without a remainder, such as 0.5, 1 or 5"
                 if info.field_name == "resolution"
-                else f"expected a multiple of the resolution ({whole:g})"
+                else Message("expected a multiple of the resolution ({whole:g})", whole=whole)
             )
         return value
 

@@ -8,6 +8,7 @@ from itertools import chain, pairwise, permutations
 from typing import TYPE_CHECKING
 
 from slipscale.experiments.protocol_parts.ordering.williams import williams_group, williams_square
+from slipscale.faults.message import Message
 
 if TYPE_CHECKING:
     from slipscale.experiments.protocol_parts.building_blocks.rated_surfaces import RatedOptions
@@ -35,10 +36,11 @@ def order_balance(
     if options.randomisation != "williams":
         follows = Counter(chain.from_iterable(pairwise(chain.from_iterable(run)) for run in runs))
         counts = [follows[pair] for pair in pairs]
-        return (
-            f"{options.randomisation}: orders are drawn independently and are balanced on "
-            "average; here each surface follows every other surface "
-            f"{_times(min(counts), max(counts))}"
+        return Message(
+            "{randomisation}: orders are drawn independently and are balanced on average; "
+            "here each surface follows every other surface {times}",
+            randomisation=options.randomisation,
+            times=_times(min(counts), max(counts)),
         )
     blocks = [block for run in runs for block in run]
     follows = Counter(chain.from_iterable(map(pairwise, blocks)))
@@ -52,9 +54,12 @@ def order_balance(
     filled = f"{_many(len(blocks), 'block')} in {_many(len(runs), 'run')}"
     if len(by_count) == 1:
         each = _times(next(iter(by_count)))
-        return (
-            f"williams: {filled} are balanced with squares of {rows} rows; within blocks each "
-            f"surface follows every other surface {each}"
+        return Message(
+            "williams: {filled} are balanced with squares of {rows} rows; within blocks each "
+            "surface follows every other surface {each}",
+            filled=filled,
+            rows=rows,
+            each=each,
         )
     usual = max(by_count, key=lambda count: (len(by_count[count]), count))
     unequal = "; ".join(
@@ -75,7 +80,9 @@ def task_balance(first: Iterable[str]) -> str:
     counts = Counter(first)
     each = ", ".join(f"{task} first in {_many(count, 'run')}" for task, count in counts.items())
     even = len(counts) > 1 and len(set(counts.values())) == 1
-    return f"task order: {each}" + ("" if even else "; an even number of runs would be balanced")
+    return Message("task order: {each}", each=each) + (
+        "" if even else "; an even number of runs would be balanced"
+    )
 
 
 def _times(least: int, most: int | None = None) -> str:

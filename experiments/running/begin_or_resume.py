@@ -36,13 +36,17 @@ def plate_for(plan: RunPlan, spec: str, clock: Clock) -> PlateDriver:
     paired = spec.startswith(PAIR)
     if paired and not second:
         raise UserError(
-            f"plate '{spec}': the study '{plan.study.name}' has no [second_plate]; expected the "
-            "SPEC of one plate"
+            "plate '{spec}': the study '{study_name}' has no [second_plate]; expected the SPEC "
+            "of one plate",
+            spec=spec,
+            study_name=plan.study.name,
         )
     if second and not paired and not is_mock(spec):
         raise UserError(
-            f"plate '{spec}': the study '{plan.study.name}' has a [second_plate]; expected "
-            "--plate pair:FIRST+SECOND"
+            "plate '{spec}': the study '{study_name}' has a [second_plate]; expected --plate "
+            "pair:FIRST+SECOND",
+            spec=spec,
+            study_name=plan.study.name,
         )
     specs = pair_of(spec) if paired else (spec, "mock")
     first = _opened(plan, specs[0], clock, plan.study.plate_quantity, wanted.level)
@@ -63,9 +67,14 @@ def _opened(
         driver.adopt(quantity, largest_level)
     if (made := driver.limits.quantity).makes != quantity.makes:
         raise UserError(
-            f"plate '{spec}' makes {made.name} in {made.unit_in_full}, but the study's levels "
-            f"are {quantity.name} in {quantity.unit_in_full}; expected a plate file and a "
-            "study with the same [quantity]"
+            "plate '{spec}' makes {made_name} in {unit_in_full}, but the study's levels are "
+            "{quantity_name} in {quantity_unit_in_full}; expected a plate file and a study with "
+            "the same [quantity]",
+            spec=spec,
+            made_name=made.name,
+            unit_in_full=made.unit_in_full,
+            quantity_name=quantity.name,
+            quantity_unit_in_full=quantity.unit_in_full,
         )
     return driver
 

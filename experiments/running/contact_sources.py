@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from slipscale.faults import UserError
+from slipscale.faults.message import Message
 from slipscale.hardware.clock import SystemClock
 from slipscale.hardware.contact.registry import NONE, open_source
 from slipscale.hardware.contact.source import QUANTITIES, ContactSource, Kind, Surroundings
@@ -145,8 +146,13 @@ def try_sources(specs: ContactSpecs, seed: int) -> list[str]:
             each.source.begin()
         clock.sleep(TRIED_S)
         readings = [f"{kind}: {_readings(each.source)}" for kind, each in opened.items()]
-    return readings + [f"{kind}: {spec} can be tested only during a session" for kind, spec in
-                   later.items()]  # fmt: skip
+    return [
+        *readings,
+        *(
+            Message("{kind}: {spec} can be tested only during a session", kind=kind, spec=spec)
+            for kind, spec in later.items()
+        ),
+    ]
 
 
 def _readings(source: ContactSource) -> str:
@@ -156,14 +162,23 @@ def _readings(source: ContactSource) -> str:
         return "no finger on the plate"
     pairs = zip(source.quantities, samples[-1].values, strict=True)
     last = ", ".join(f"{name} {value:.3g}" for name, value in pairs)
-    return f"{len(samples) / TRIED_S:.0f} readings per second; last reading: {last}"
+    return Message(
+        "{count:.0f} readings per second; last reading: {last}",
+        count=len(samples) / TRIED_S,
+        last=last,
+    )
 
 
 def require_virtual(specs: ContactSpecs) -> None:
     """Raise `UserError` unless all sources in a pilot's command can run in virtual time."""
     for kind, spec in specs.used.items():
         if spec.partition(":")[0] not in VIRTUAL:
-            raise UserError(f"--{kind} {spec}: a pilot runs in virtual time; expected {SIMULATED}")
+            raise UserError(
+                "--{kind} {spec}: a pilot runs in virtual time; expected {simulated}",
+                kind=kind,
+                spec=spec,
+                simulated=SIMULATED,
+            )
 
 
 def describe_contact(sources: Mapping[Kind, NamedSource], plate: PlateDriver) -> dict[str, object]:

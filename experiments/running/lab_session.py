@@ -14,9 +14,9 @@ from typing import TYPE_CHECKING, TypeVar
 
 from rich.console import Console
 
-from slipscale.experiments.dataset.backup import NO_BACKUP, back_up, why_no_backup
+from slipscale.experiments.dataset.backup import back_up, why_no_backup
 from slipscale.experiments.dataset.bids import build_dataset
-from slipscale.experiments.journal.journal import MOVED, Journal
+from slipscale.experiments.journal.journal import Journal
 from slipscale.experiments.journal.plan_and_progress import (
     consent_was_taken_back,
     dataset_of,
@@ -59,6 +59,7 @@ from slipscale.experiments.session.terminal import Keys, TerminalOperator
 from slipscale.experiments.study.file import read_study
 from slipscale.experiments.study.run_plan import RunPlan, check_labels
 from slipscale.faults import UserError, harmless
+from slipscale.faults.message import Message, joined, report
 from slipscale.hardware.address import is_mock, with_plate_file
 from slipscale.hardware.backends.pair import PlatePair
 from slipscale.hardware.clock import Clock, SystemClock
@@ -167,8 +168,11 @@ def begin(dataset: Path, plan: RunPlan, setting: Setting, *, add_study: bool = F
     if state != "free":
         # Reported before anything is opened; `Journal.create` also checks this.
         raise UserError(
-            f"participant {plan.participant} already has a run ({state}): {path}; "
-            f"{remedy(path, state)}"
+            "participant {participant} already has a run ({state}): {path}; {remedy}",
+            participant=plan.participant,
+            state=state,
+            path=path,
+            remedy=remedy(path, state),
         )
     return _conduct(
         dataset,
@@ -191,17 +195,20 @@ def go_on(path: Path, setting: Setting) -> RunOutcome:
     check_unfinished(path, records)
     if consent_was_taken_back(records):
         raise UserError(
-            f"journal {path}: the participant withdrew consent in this run, so it cannot be "
-            "resumed. slipscale data withdraw removes the data of participant "
-            f"{plan.participant}"
+            "journal {path}: the participant withdrew consent in this run, so it cannot be "
+            "resumed. slipscale data withdraw removes the data of participant {participant}",
+            path=path,
+            participant=plan.participant,
         )
     dataset = dataset_of(path, plan)
     for sentence in changed_texts(plan, records):
         print(harmless(sentence), file=sys.stderr)
     if plan.mode == "participant" and is_mock(setting.plate):
         raise UserError(
-            f"--plate {setting.plate}: a participant's run cannot be resumed with a simulated "
-            f"plate, which the participant cannot feel; the run used {last_plate(records)}"
+            "--plate {plate}: a participant's run cannot be resumed with a simulated plate, "
+            "which the participant cannot feel; the run used {last_plate}",
+            plate=setting.plate,
+            last_plate=last_plate(records),
         )
     # Session time is measured from the start of the run, including the interruption.
     clock = SystemClock(max(_since_s(records[0].data["started_utc"]), latest_s(records)))
@@ -249,7 +256,10 @@ def _perform(
     """Open the remaining devices, which the exit stack closes later, and run the session."""
     clock = journal.clock
     missing = why_no_backup(dataset, setting.backup) if setting.backup else ""
-    no_backup = (f"{NO_BACKUP} unless you correct this: {missing}",) if missing else ()
+    no_backup: tuple[str, ...] = ()
+    if missing:
+        sentence = "NO BACKUP of this run unless you correct this: {reason}"
+        no_backup = (Message(sentence, reason=missing),)
     spec = with_plate_file(setting.plate, plan.study.plate.file)
     heading = plan.heading(spec)
     # Opened before the window, because opening the window takes seconds, in which requests must not
@@ -277,8 +287,9 @@ def _perform(
     stage = stage_of(plan.study.stroke, {kind: each.source for kind, each in sources.items()})
     if plan.mode == "participant" and isinstance(stage, EmulatedStage):
         raise UserError(
-            f"--position {specs.position}: the stage is emulated, so nothing moves; expected a "
-            "real stage, or --pilot"
+            "--position {position}: the stage is emulated, so nothing moves; expected a real "
+            "stage, or --pilot",
+            position=specs.position,
         )
     stack.enter_context(person)
     keys = _enter(stack, Keys())
@@ -318,12 +329,13 @@ def check_felt(plan: RunPlan, plate: PlateDriver, *, begun: bool) -> None:
     """
     if plan.mode == "participant" and plate.unfelt:
         who = plate.identity
-        pilot = "; or add --pilot: the run is then recorded as a pilot, in a separate folder"
-        raise UserError(
-            f"plate {f'{who.model} {who.serial}' if who else plate.name}: the plate is "
-            "simulated, but this is a participant run; connect the plate (slipscale plate "
-            "list)" + ("" if begun else pilot)
+        fault = Message(
+            "plate {plate}: the plate is simulated, but this is a participant run; connect the "
+            "plate (slipscale plate list)",
+            plate=f"{who.model} {who.serial}" if who else plate.name,
         )
+        pilot = "or add --pilot: the run is then recorded as a pilot, in a separate folder"
+        raise UserError(fault if begun else joined("; ", (fault, pilot)))
 
 
 def _tracking(
@@ -337,8 +349,9 @@ def _tracking(
         return None
     if not plate.tracks:
         raise UserError(
-            f"track_resonance: backend '{plate.name}' follows its resonance automatically; remove "
-            "the key from the study file"
+            "track_resonance: backend '{plate_name}' follows its resonance automatically; remove "
+            "the key from the study file",
+            plate_name=plate.name,
         )
     vibrometer = stack.enter_context(open_vibrometer(wanted.track_resonance, clock))
     return ResonanceTracking(plate, vibrometer, wanted.track_every_s)
@@ -356,11 +369,13 @@ def _leave(
     if not journal.records:
         return
     if journal.lost:
-        print(
-            f"{MOVED} ({journal.lost}): the complete run "
-            f"is in {journal.path}. Copy the journal back once the disk or folder is available.",
-            file=sys.stderr,
+        moved = Message(
+            "The journal's original location is missing ({lost}): the complete run is in {path}. "
+            "Copy the journal back once the disk or folder is available.",
+            lost=journal.lost,
+            path=journal.path,
         )
+        report("warning", moved, moved)
     try:
         for problem in build_dataset(dataset):
             print(f"the data set: {problem}", file=sys.stderr)
@@ -373,7 +388,8 @@ def _leave(
             copy = back_up(dataset, journal.path, setting.backup)
             print(harmless(f"backup: {copy}"), file=sys.stderr)
         except UserError as fault:
-            print(harmless(f"{NO_BACKUP}: {fault}"), file=sys.stderr)
+            warning = Message("NO BACKUP of this run: {fault}", fault=fault)
+            report("warning", warning, harmless(warning))
     if error is not None:
         print(f"All answers so far are saved. {how_to_resume(journal.path)}", file=sys.stderr)
 
@@ -394,6 +410,6 @@ def _noise(plan: RunPlan, *, required: bool) -> MaskingNoise | None:
         return MaskingNoise(level_db=wanted.level_db, fade_s=wanted.fade_s, seed=plan.study.seed)
     if wanted.required or required:
         who = "the study" if wanted.required else "the laboratory folder"
-        raise UserError(f"masking noise is required by {who}: {missing}")
+        raise UserError("masking noise is required by {who}: {missing}", who=who, missing=missing)
     print(f"no masking noise: {missing}", file=sys.stderr)
     return None

@@ -88,7 +88,7 @@ def pilot_plans(
         study = parse_study(text, study_name)
     count = study.participants if participants is None else participants
     if count < 1:
-        raise UserError(f"--participants {count}: expected 1 or more")
+        raise UserError("--participants {count}: expected 1 or more", count=count)
     width = max(2, len(str(count)))
     people = people_for(study, population).model_dump_json()
     return [
@@ -128,19 +128,22 @@ def claim(folder: Path, plans: list[RunPlan]) -> None:
         if not folder.exists() or all(entry.is_dir() for entry in _entries(folder)):
             return
     except OSError as error:
-        raise UserError(f"--out {folder}: {error.strerror}") from None
+        raise UserError("--out {folder}: {reason}", folder=folder, reason=error.strerror) from None
     known = {plan.journal_path(folder): plan for plan in plans}
     for path in journals(folder):
         if path in known and (not holds_records(path) or _same(read_plan(path)[0], known[path])):
             continue
         raise UserError(
-            f"--out {folder}: contains another pilot or a participant's data ({path.name}); "
+            "--out {folder}: contains another pilot or a participant's data ({path_name}); "
             "expected a new folder, or the folder of an interrupted pilot of the same study and "
-            "seed"
+            "seed",
+            folder=folder,
+            path_name=path.name,
         )
     if not journals(folder):
         raise UserError(
-            f"--out {folder}: is not empty; expected a new folder or the pilot's own folder"
+            "--out {folder}: is not empty; expected a new folder or the pilot's own folder",
+            folder=folder,
         )
 
 
@@ -183,7 +186,7 @@ def run_pilot(
     """
     contact = contact or NOT_NAMED
     if not is_mock(spec):
-        raise UserError(f"--plate {spec}: a pilot runs in virtual time; expected mock")
+        raise UserError("--plate {spec}: a pilot runs in virtual time; expected mock", spec=spec)
     held = with_plate_file(spec, plans[0].study.plate.file)
     check_supported(plans[0], plate_for(plans[0], held, VirtualClock()), contact)
     check_answered(plans[0])
@@ -241,8 +244,9 @@ def run_simulated(
             return
         if not begun.population:
             raise UserError(
-                f"journal {path}: its simulated people are from an earlier version of "
-                "Slipscale and no longer available; start the pilot again in another folder"
+                "journal {path}: its simulated people are from an earlier version of Slipscale "
+                "and no longer available; start the pilot again in another folder",
+                path=path,
             )
         clock = VirtualClock(elapsed_s(records))
         opened = Journal.reopen(path, clock, synced=synced)

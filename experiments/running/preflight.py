@@ -42,6 +42,7 @@ from slipscale.experiments.session.markers import Event
 from slipscale.experiments.study.file import read_study
 from slipscale.experiments.study.run_plan import RunPlan, check_labels, journal_path
 from slipscale.faults import RigError, UserError
+from slipscale.faults.message import Message, joined
 from slipscale.hardware.address import is_mock, with_plate_file
 from slipscale.hardware.clock import SystemClock
 from slipscale.hardware.driver import PlateDriver
@@ -139,15 +140,21 @@ def check_folder(planned: PlannedSession) -> Finding:
     if free_mb < ENOUGH_MB:
         return Finding(
             passed=False,
-            detail=f"{folder}: {free_mb} MB free",
-            remedy=f"free some space: at least {ENOUGH_MB} MB",
+            detail=Message("{folder}: {free_mb} MB free", folder=folder, free_mb=free_mb),
+            remedy=Message("free some space: at least {enough_mb} MB", enough_mb=ENOUGH_MB),
         )
     if full:
         return Finding(
             passed=False,
             detail=(
-                f"{folder}: {free_mb} MB are reported as free, "
-                f"but writing {ENOUGH_MB} MB failed ({full})"
+                Message(
+                    "{folder}: {free_mb} MB are reported as free, but writing {enough_mb} MB "
+                    "failed ({full})",
+                    folder=folder,
+                    free_mb=free_mb,
+                    enough_mb=ENOUGH_MB,
+                    full=full,
+                )
             ),
             remedy="ask for a higher quota or file-size limit, or choose another disk",
         )
@@ -157,7 +164,7 @@ def check_folder(planned: PlannedSession) -> Finding:
     notes = list(_notes(planned, locked=locked))
     return Finding(
         passed=None if notes else True,
-        detail=f"{folder}: {free_mb / 1000:.0f} GB free",
+        detail=Message("{folder}: {free_mb:.0f} GB free", folder=folder, free_mb=free_mb / 1000),
         remedy="; ".join(notes),
     )
 
@@ -172,7 +179,11 @@ def _notes(planned: PlannedSession, *, locked: bool) -> Iterator[str]:
     _, problems = read_runs(planned.out)
     if problems:
         files = ", ".join(sorted({problem.file for problem in problems}))
-        yield f"damaged: {files}; for details: slipscale data verify {planned.out}"
+        yield Message(
+            "damaged: {files}; for details: slipscale data verify {out}",
+            files=files,
+            out=planned.out,
+        )
     try:
         study, text = read_study(planned.study)
     except UserError:
@@ -191,7 +202,12 @@ def check_participant(planned: PlannedSession) -> Finding:
         numbers = {int(label) for label in taken if label.isdigit()}
         number = next(n for n in range(1, len(taken) + 2) if n not in numbers)
         return Finding(
-            passed=True, detail=f"{len(taken)} so far; the next free label is {number:02d}"
+            passed=True,
+            detail=Message(
+                "{count} so far; the next free label is {number:02d}",
+                count=len(taken),
+                number=number,
+            ),
         )
     check_labels(participant=planned.participant, session=planned.session, run=planned.run)
     check_alike(planned.out, planned.participant, session=planned.session, run=planned.run)
@@ -203,10 +219,17 @@ def check_participant(planned: PlannedSession) -> Finding:
     )
     state = run_state(path)
     if state == "free":
-        return Finding(passed=True, detail=f"{planned.participant} is free")
+        return Finding(
+            passed=True, detail=Message("{participant} is free", participant=planned.participant)
+        )
     return Finding(
         passed=False,
-        detail=f"{planned.participant} already has a run ({state}): {path}",
+        detail=Message(
+            "{participant} already has a run ({state}): {path}",
+            participant=planned.participant,
+            state=state,
+            path=path,
+        ),
         remedy=remedy(path, state),
     )
 
@@ -234,25 +257,33 @@ def check_plate(planned: PlannedSession) -> Finding:
         textures = "plays textures" if plate.modulator else "plays no textures"
         unfelt = plate.unfelt
     reading = made.readback.level
-    reading_text = (
+    found = [f"{who.manufacturer} {who.model} {who.serial}" if who else planned.plate]
+    found.append(
         "no readback"
         if reading is None
-        else f"reads {reading:.2f} of {study.plate_quantity.short(largest)}"
+        else Message(
+            "reads {reading:.2f} of {largest}",
+            reading=reading,
+            largest=study.plate_quantity.short(largest),
+        )
     )
     if study.second_plate and made.second_readback_level is not None:
         short = study.second_plate.quantity.quantity.short
-        second = f"{made.second_readback_level:.2f} of {short(max(study.second_levels))}"
-        reading_text += f"; the second actuator reads {second}"
-    name = f"{who.manufacturer} {who.model} {who.serial}" if who else planned.plate
+        second = Message(
+            "the second actuator reads {reading:.2f} of {largest}",
+            reading=made.second_readback_level,
+            largest=short(max(study.second_levels)),
+        )
+        found.append(second)
+    found += [f"{made.settle_time_s * 1000:.0f} ms", textures]
+    if unfelt:
+        found.append("simulated: participants cannot feel it, and a run on it is a pilot")
     return Finding(
         # A note (such as an old calibration) does not prevent a session, but the operator should
         # read it.
         passed=None if notes else True,
-        detail=f"{name}; {reading_text}; {made.settle_time_s * 1000:.0f} ms; {textures}"
-        + (
-            "; simulated: participants cannot feel it, and a run on it is a pilot" if unfelt else ""
-        ),
-        remedy="; ".join(notes),
+        detail=joined("; ", found),
+        remedy=joined("; ", notes),
     )
 
 
@@ -275,9 +306,14 @@ def _scatter(plate: PlateDriver, quantity: Quantity) -> Iterator[str]:
     # 20 cases.
     if deviation_level > 1.25 * limit_level:
         yield (
-            f"the readings scatter by {deviation_level:.3f} {quantity.unit} (standard "
-            f"deviation), more than {limit_level:.3f}: a session would treat this as faults; "
-            "average the sensor's signal over a longer time, or find the source of the vibration"
+            Message(
+                "the readings scatter by {deviation_level:.3f} {unit} (standard deviation), more "
+                "than {limit_level:.3f}: a session would treat this as faults; average the "
+                "sensor's signal over a longer time, or find the source of the vibration",
+                deviation_level=deviation_level,
+                unit=quantity.unit,
+                limit_level=limit_level,
+            )
         )
 
 
@@ -313,21 +349,25 @@ def check_display(planned: PlannedSession) -> Finding:
     if not focused:
         return Finding(
             passed=False,
-            detail=f"screen {planned.screen}, {size}: the window has no keyboard focus",
+            detail=Message(
+                "screen {screen}, {size}: the window has no keyboard focus",
+                screen=planned.screen,
+                size=size,
+            ),
             remedy=(
                 "close any window that covers the participant's screen, then click on the "
                 "screen once"
             ),
         )
-    seen = f"screen {planned.screen}, {size}, keyboard focus"
+    seen = Message("screen {screen}, {size}, keyboard focus", screen=planned.screen, size=size)
     if not stamped:
         return Finding(
             passed=None,
-            detail=f"{seen}; the keyboard does not time-stamp key presses",
+            detail=Message("{seen}; the keyboard does not time-stamp key presses", seen=seen),
             remedy="response times will be measured by the window, about 10 ms late and less "
             "regular, and marked accordingly; see docs/explanation/analysis.md",
         )
-    return Finding(passed=True, detail=f"{seen}; key presses have time stamps")
+    return Finding(passed=True, detail=Message("{seen}; key presses have time stamps", seen=seen))
 
 
 def check_sound(planned: PlannedSession) -> Finding:
@@ -340,8 +380,13 @@ def check_sound(planned: PlannedSession) -> Finding:
         missing = check_device() if study.headphone_test else None
         return Finding(
             passed=None if missing else True,
-            detail="the study uses no masking noise"
-            + ("; no audio device: the headphone test will be skipped" if missing else ""),
+            detail=joined(
+                "; ",
+                (
+                    "the study uses no masking noise",
+                    *(["no audio device: the headphone test will be skipped"] if missing else []),
+                ),
+            ),
             remedy=missing or "",
         )
     # Generates the same noise as a session, and raises an error if its peaks would clip.
@@ -349,12 +394,19 @@ def check_sound(planned: PlannedSession) -> Finding:
     remedy = check_device()
     required = noise.required or planned.sound_required
     if remedy is None:
-        return Finding(passed=True, detail=f"pink noise at {noise.level_db:g} dB FS")
+        return Finding(
+            passed=True, detail=Message("pink noise at {level_db:g} dB FS", level_db=noise.level_db)
+        )
     return Finding(
         passed=False if required else None,
-        detail="no audio device"
-        + ("; the headphone test will be skipped" if study.headphone_test else "")
-        + ("" if required else "; the study allows a session without masking noise"),
+        detail=joined(
+            "; ",
+            (
+                "no audio device",
+                *(["the headphone test will be skipped"] if study.headphone_test else []),
+                *([] if required else ["the study allows a session without masking noise"]),
+            ),
+        ),
         remedy=remedy,
     )
 
@@ -373,7 +425,11 @@ def check_markers(planned: PlannedSession) -> Finding:
             detail="; ".join(lost),
             remedy="check the recorder's cable and driver, or omit --markers",
         )
-    detail = f"sent a start and an end marker to {names}" if names else "none are requested"
+    detail = (
+        Message("sent a start and an end marker to {names}", names=names)
+        if names
+        else "none are requested"
+    )
     return Finding(passed=True, detail=detail)
 
 
@@ -416,7 +472,9 @@ def check(
     always complete.
     """
     if only is not None and only not in CHECKS:
-        raise UserError(f"--only {only}: no such check; expected {', '.join(CHECKS)}")
+        raise UserError(
+            "--only {only}: no such check; expected {checks}", only=only, checks=", ".join(CHECKS)
+        )
     findings: list[Finding] = []
     for name, look in CHECKS.items():
         if only is not None and name != only:

@@ -74,9 +74,10 @@ def bounded(steps: Steps, plan: RunPlan) -> Steps:
         if count > (MOST_STEPS_OF_A_TRIAL if trial else MOST_STEPS_BETWEEN):
             where = f"{named[trial.task]}, trial {trial.number}" if trial else "between trials"
             raise UserError(
-                f"{where}: not finished after {count - 1:,} steps; expected the protocol to end "
-                "the "
-                "trial (EndTrial) after a limited number of attempts"
+                "{where}: not finished after {count:,} steps; expected the protocol to end the "
+                "trial (EndTrial) after a limited number of attempts",
+                where=where,
+                count=count - 1,
             )
         answer = yield step
 
@@ -127,13 +128,17 @@ def dry_run(plan: RunPlan, way: Callable[[int], float] = FIRST) -> Iterator[Step
             task = step.trial.task if step.trial else getattr(step, "task", "")
             if task and task not in beside and quantity.named(step.name) not in declared[task]:
                 raise UserError(
-                    f"{named[task]} asks for '{step.name}', but does not declare a column of this "
-                    "name: the answer would be missing from the data set; declare the column"
+                    "{named} asks for '{step_name}', but does not declare a column of this name: "
+                    "the answer would be missing from the data set; declare the column",
+                    named=named[task],
+                    step_name=step.name,
                 )
         if isinstance(step, EndTrial) and step.trial.number > most[step.trial.task]:
             raise UserError(
-                f"{named[step.trial.task]} continues after {most[step.trial.task]} trials, "
-                "its declared maximum; add a limit to its stopping rule"
+                "{named} continues after {most} trials, its declared maximum; add a limit to its "
+                "stopping rule",
+                named=named[step.trial.task],
+                most=most[step.trial.task],
             )
         yield step
         # Questions such as consent, and the operator's decisions, are answered with the first
@@ -206,8 +211,12 @@ def _on_a_way(plan: RunPlan, way: Callable[[int], float]) -> set[Stimulus]:
             low, high = bounds.get(task, (0.0, float("inf")))
             if not low <= step.surface.level <= high:
                 raise UserError(
-                    f"{named[task]} presents {short(step.surface.level)}, but declares "
-                    f"{low:g} to {high:g}; expected it to declare every level"
+                    "{named} presents {short}, but declares {low:g} to {high:g}; expected it to "
+                    "declare every level",
+                    named=named[task],
+                    short=short(step.surface.level),
+                    low=low,
+                    high=high,
                 )
     return found
 
@@ -225,13 +234,15 @@ def check_supported(plan: RunPlan, plate: PlateDriver, contact: ContactSpecs = N
             continue
         if "position" not in specs.used:
             raise UserError(
-                f"task '{protocol.task}' changes the plate's level at a certain position, so the "
-                "finger position must be measured; name a sensor ([plate] position, or --position)"
+                "task '{task}' changes the plate's level at a certain position, so the finger "
+                "position must be measured; name a sensor ([plate] position, or --position)",
+                task=protocol.task,
             )
         if plate.follow_lag_s is None:
             raise UserError(
-                f"task '{protocol.task}' changes the plate's level at a certain position, but this "
-                "plate cannot follow the finger; use a driver board"
+                "task '{task}' changes the plate's level at a certain position, but this plate "
+                "cannot follow the finger; use a driver board",
+                task=protocol.task,
             )
     q = plan.study.quantity
     if q.unit_in_full != plan.study.plate_quantity.unit_in_full:
@@ -244,11 +255,14 @@ def check_supported(plan: RunPlan, plate: PlateDriver, contact: ContactSpecs = N
         held_level = plate.limits.allowed_level(context.surface(at_level).settled_level)
         if finest_level < held_level:
             raise UserError(
-                f"task '{protocol.task}' presents differences down to "
-                f"{q.short(finest_level)}, but the plate's tolerance is {q.short(held_level)} "
-                f"at {q.short(at_level)}; present larger differences, or give the study's "
-                f"[plate] a tolerance and a {q.named('tolerance_level')} that the plate can "
-                "keep"
+                "task '{task}' presents differences down to {finest_level}, but the plate's "
+                "tolerance is {held_level} at {at_level}; present larger differences, or give "
+                "the study's [plate] a tolerance and a {named} that the plate can keep",
+                task=protocol.task,
+                finest_level=q.short(finest_level),
+                held_level=q.short(held_level),
+                at_level=q.short(at_level),
+                named=q.named("tolerance_level"),
             )
 
 

@@ -16,6 +16,7 @@ from slipscale.experiments.journal.reading import has_begun
 from slipscale.experiments.journal.record import Record
 from slipscale.experiments.study.run_plan import JOURNAL_NAME, Mode
 from slipscale.faults import UserError
+from slipscale.faults.message import Message
 
 if TYPE_CHECKING:
     from slipscale.experiments.journal.journal import Journal
@@ -53,25 +54,37 @@ def check_alike(dataset: Path, participant: str, *, session: str = "", run: str 
     for label in withdrawn(dataset):
         if _plain(label) == _plain(participant):
             raise UserError(
-                f"--participant {participant}: this participant withdrew from {dataset}, and the "
-                f"label is not used again; the replacement is participant {replacement(label)}"
+                "--participant {participant}: this participant withdrew from {dataset}, and the "
+                "label is not used again; the replacement is participant {replacement}",
+                participant=participant,
+                dataset=dataset,
+                replacement=replacement(label),
             )
     for label in participants(dataset):
         if label != participant and _plain(label) == _plain(participant):
             raise UserError(
-                f"--participant {participant}: {dataset} already has a participant {label}; "
-                "expected that label for the same person, or another number for another person"
+                "--participant {participant}: {dataset} already has a participant {label}; "
+                "expected that label for the same person, or another number for another person",
+                participant=participant,
+                dataset=dataset,
+                label=label,
             )
     for had_session, had_run in _visits(dataset, participant):
         if had_session != session and _plain(had_session) == _plain(session):
             raise UserError(
-                f"--session {session}: participant {participant} already has a session "
-                f"{had_session}; expected that label for the same session, or another one"
+                "--session {session}: participant {participant} already has a session "
+                "{had_session}; expected that label for the same session, or another one",
+                session=session,
+                participant=participant,
+                had_session=had_session,
             )
         if (had_session, _plain(had_run)) == (session, _plain(run)) and had_run != run:
             raise UserError(
-                f"--run {run}: participant {participant} already has a run {had_run}; expected "
-                "that label for the same run, or another number for another run"
+                "--run {run}: participant {participant} already has a run {had_run}; expected "
+                "that label for the same run, or another number for another run",
+                run=run,
+                participant=participant,
+                had_run=had_run,
             )
 
 
@@ -96,10 +109,13 @@ def check_mode(dataset: Path, mode: Mode) -> None:
     held = mode_of(dataset)
     if held and held != mode:
         raise UserError(
-            f"--out {dataset}: contains {held} data, which must not be mixed with {mode} "
-            f"data. Name another folder (--out {FOLDERS[mode]}), or, if this is to be a "
-            f"{held} run, "
-            + ("add --pilot" if held == "pilot" else "name the real plate and omit --pilot")
+            "--out {dataset}: contains {held} data, which must not be mixed with {mode} data. "
+            "Name another folder (--out {folder}), or, if this is to be a {held} run, {remedy}",
+            dataset=dataset,
+            held=held,
+            mode=mode,
+            folder=FOLDERS[mode],
+            remedy="add --pilot" if held == "pilot" else "name the real plate and omit --pilot",
         )
 
 
@@ -119,8 +135,11 @@ def check_same_study(dataset: Path, study: str) -> None:
     held = studies(dataset)
     if held and study not in held:
         raise UserError(
-            f"--out {dataset}: contains the study {', '.join(held)}, but this is '{study}'; "
-            "name another folder with --out, or add --add-study to keep both there"
+            "--out {dataset}: contains the study {held}, but this is '{study}'; name another "
+            "folder with --out, or add --add-study to keep both there",
+            dataset=dataset,
+            held=", ".join(held),
+            study=study,
         )
 
 
@@ -128,11 +147,14 @@ def remedy(path: Path, state: RunState) -> str:
     """Return advice on what to do if a run has already begun."""
     another = "name another participant, or a new --session or --run"
     remedies: dict[RunState, str] = {
-        "running now": f"end it there, or {another}",
+        "running now": Message("end it there, or {another}", another=another),
         "interrupted": how_to_resume(path),
         "complete": another,
         "damaged": (
-            f"the undamaged records are used (for details: slipscale data verify); {another}"
+            Message(
+                "the undamaged records are used (for details: slipscale data verify); {another}",
+                another=another,
+            )
         ),
     }
     return remedies[state]
@@ -143,25 +165,34 @@ def check_unfinished(journal: Path, records: list[Record]) -> None:
     if is_complete(records):
         dataset = shlex.quote(str(journal.resolve().parents[2]))
         raise UserError(
-            f"journal {journal}: this run is complete and all its answers are saved; there is "
-            f"nothing to resume. If its tables are missing: slipscale data build {dataset}"
+            "journal {journal}: this run is complete and all its answers are saved; there is "
+            "nothing to resume. If its tables are missing: slipscale data build {dataset}",
+            journal=journal,
+            dataset=dataset,
         )
 
 
 def how_to_resume(journal: Path) -> str:
     """Return a sentence that explains how to resume a run."""
-    return f"To continue: slipscale resume {shlex.quote(str(journal))}"
+    return Message("To continue: slipscale resume {quote}", quote=shlex.quote(str(journal)))
 
 
 def not_built(fault: UserError, dataset: Path, journal: Journal) -> str:
     """Return sentences on why a run's tables were not written, and on the state of the run."""
     build = f"slipscale data build {shlex.quote(str(dataset))}"
     if is_complete(journal.records):
-        return (
-            f"{fault}. The run is complete and all answers are saved in {journal.path}. Correct "
-            f"the error, then write the tables: {build}"
+        return Message(
+            "{fault}. The run is complete and all answers are saved in {journal_path}. "
+            "Correct the error, then write the tables: {build}",
+            fault=fault,
+            journal_path=journal.path,
+            build=build,
         )
-    return (
-        f"{fault}. The run was stopped and all answers so far are saved in {journal.path}. Correct "
-        f"the error, then write the tables: {build}. {how_to_resume(journal.path)}"
+    return Message(
+        "{fault}. The run was stopped and all answers so far are saved in {journal_path}. "
+        "Correct the error, then write the tables: {build}. {how_to_resume}",
+        fault=fault,
+        journal_path=journal.path,
+        build=build,
+        how_to_resume=how_to_resume(journal.path),
     )

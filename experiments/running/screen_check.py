@@ -66,8 +66,10 @@ def check_screens(plan: RunPlan) -> None:
         lines = "".join(f"\n  {sentence}" for sentence in faults[:MOST_TOLD])
         more = f"\n  and {len(faults) - MOST_TOLD} more" if len(faults) > MOST_TOLD else ""
         raise UserError(
-            f"{plan.study_name}: some screens cannot be shown properly; shorten the "
-            f"texts:{lines}{more}"
+            "{study_name}: some screens cannot be shown properly; shorten the texts:{lines}{more}",
+            study_name=plan.study_name,
+            lines=lines,
+            more=more,
         )
 
 

@@ -25,6 +25,7 @@ from slipscale.experiments.study.own_language import check_own_code, template, w
 from slipscale.experiments.study.run_plan import RunPlan
 from slipscale.experiments.study.schema import study_schema
 from slipscale.faults import UserError
+from slipscale.faults.message import Message
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -50,7 +51,7 @@ def new(path: Path, template: str, title: str, authors: tuple[str, ...] = ()) ->
     Better TOML, Taplo) can complete and check the file. An existing schema is replaced.
     """
     if path.exists():
-        raise UserError(f"{path} already exists; name a new file")
+        raise UserError("{path} already exists; name a new file", path=path)
     document = tomlkit.parse(study_text(template))
     document["name"] = _label(path.stem)
     document["title"] = title
@@ -81,7 +82,7 @@ def texts(name: str, language: str, path: Path) -> str:
     """
     check_own_code(language)
     if path.exists():
-        raise UserError(f"{path} already exists; name a new file")
+        raise UserError("{path} already exists; name a new file", path=path)
     study = parse_study(with_room_for(study_text(name), name, language), name)
     write_file(path, template(study, language))
     return (
@@ -215,9 +216,15 @@ def balance(name: str, study: Study, text: str) -> list[str]:
     )
     runs_in_all = study.participants * len(_sessions(study)) * study.runs
     plans = list(islice(every, max(TRIALS_LOOKED_AT // max(whole.planned_trials(), 1), 1)))
-    lines = []
+    lines: list[str] = []
     if len(plans) < runs_in_all:
-        lines.append(f"the first {len(plans)} of {runs_in_all} runs:")
+        lines.append(
+            Message(
+                "the first {count} of {runs_in_all} runs:",
+                count=len(plans),
+                runs_in_all=runs_in_all,
+            )
+        )
     for protocol, options in plans[0].tasks():
         # Surface orders are balanced only in tasks with ratings of single surfaces.
         if isinstance(options, MagnitudeEstimation | VisualAnalogueScale):
@@ -284,5 +291,10 @@ def _plan(name: str, study: Study, text: str) -> RunPlan:
         mode="pilot",
     )
     if (trials := plan.planned_trials()) > MOST_TRIALS:
-        raise UserError(f"{name}: a run has {trials:,} trials; expected at most {MOST_TRIALS:,}")
+        raise UserError(
+            "{name}: a run has {trials:,} trials; expected at most {most_trials:,}",
+            name=name,
+            trials=trials,
+            most_trials=MOST_TRIALS,
+        )
     return plan

@@ -178,7 +178,7 @@ def timeline(
         If ``people`` is 0, or a protocol has no simulated answers.
     """
     if people < 1:
-        raise UserError(f"--people {people}: expected 1 or more")
+        raise UserError("--people {people}: expected 1 or more", people=people)
     plans = pilot_plans(name, participants=people, seed=None, language=None, text=text)
     study = plans[0].study
     visits: dict[str, _Visit] = defaultdict(_Visit)

@@ -14,6 +14,7 @@ from slipscale.experiments.journal.serialisation import same_step, step_record
 from slipscale.experiments.participants.base import StopRequested
 from slipscale.experiments.session.markers import Event
 from slipscale.experiments.steps.replies import Answer, Voided
+from slipscale.faults.message import Message
 from slipscale.hardware.errors import PlateFault, StillVibrating
 from slipscale.hardware.signals import raise_if_ended
 
@@ -37,7 +38,7 @@ class _Paused(Exception):
 def stop_of(request: Request) -> StopRequested:
     """Return the exception that ends the session, with the operator's reason, if any."""
     reason = f": {request.reason}" if request.reason else ""
-    return StopRequested(f"requested by the operator{reason}")
+    return StopRequested(Message("requested by the operator{reason}", reason=reason))
 
 
 class Interruptions:
@@ -149,10 +150,15 @@ class Interruptions:
             self._parts.progress.say("no trial can be voided now")
         elif now is None or trial.task != now.task:
             self._parts.progress.say(
-                f"trial {trial.number} cannot be repeated, because its part of the run is over"
+                Message(
+                    "trial {trial_number} cannot be repeated, because its part of the run is over",
+                    trial_number=trial.number,
+                )
             )
         elif (trial.task, trial.number) in self._voided():
-            self._parts.progress.say(f"trial {trial.number} is already voided")
+            self._parts.progress.say(
+                Message("trial {trial_number} is already voided", trial_number=trial.number)
+            )
         else:
             self.reject(trial, request.reason, repeated=True)
 
@@ -168,9 +174,17 @@ class Interruptions:
         self._voids = _with(self._voids, trial.number, repeated=repeated)
         if repeated:
             self._parts.progress.void()
-            self._parts.progress.say(f"trial {trial.number} will be repeated")
+            self._parts.progress.say(
+                Message("trial {trial_number} will be repeated", trial_number=trial.number)
+            )
         else:
-            self._parts.progress.say(f"trial {trial.number} was rejected ({reason})")
+            self._parts.progress.say(
+                Message(
+                    "trial {trial_number} was rejected ({reason})",
+                    trial_number=trial.number,
+                    reason=reason,
+                )
+            )
 
     def _ask_again(self, request: Request) -> None:
         """Register a question about the run or the participant that will be asked again."""
@@ -180,7 +194,12 @@ class Interruptions:
         elif (what := step_record(question)) not in self._questions:
             self._parts.journal.write("ask_again", what=what)
             self._questions.append(what)
-            self._parts.progress.say(f"'{question.name}' will be asked again after the trial")
+            self._parts.progress.say(
+                Message(
+                    "'{question_name}' will be asked again after the trial",
+                    question_name=question.name,
+                )
+            )
 
     def _note(self, request: Request) -> None:
         """Write the operator's note to the journal."""
@@ -217,9 +236,9 @@ class Interruptions:
         while True:
             self._parts.markers.mark(Event.FAULT)
             self._parts.progress.fault()
-            self._parts.journal.write("fault", code=fault.code, message=fault.message)
+            self._parts.journal.write("fault", **fault.record())
             if still and not isinstance(fault, StillVibrating):
-                self._parts.journal.write("fault", code=still.code, message=still.message)
+                self._parts.journal.write("fault", **still.record())
             still = self._parts.surface.disconnect() or still
             self._parts.clock.sleep(RECONNECT_WAIT_S)
             urgent = still or fault

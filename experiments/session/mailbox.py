@@ -17,7 +17,14 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Annotated, Literal, Self
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import (
+    BaseModel,
+    ConfigDict,
+    Field,
+    PlainSerializer,
+    PlainValidator,
+    ValidationError,
+)
 
 from slipscale.experiments.journal.locks import writer
 from slipscale.experiments.session.operator import Request, SessionStatus, State, answer_wanted
@@ -25,6 +32,7 @@ from slipscale.experiments.steps.steps import Ask
 from slipscale.experiments.steps.trial import Trial
 from slipscale.faults import UserError
 from slipscale.faults.frozen_table import FrozenTable
+from slipscale.faults.message import as_data, from_data
 
 # Minimum interval between two reads of the folder, because reading can be slow.
 LOOK_S = 0.05
@@ -44,6 +52,10 @@ class TrialName(FrozenTable):
     number: int
 
 
+# Text that is stored with its template and values, so that the console can translate it.
+Shown = Annotated[str, PlainValidator(from_data), PlainSerializer(as_data)]
+
+
 class LiveStatus(BaseModel):
     """The published status of a session; `SessionStatus` and `Mailbox` describe its fields."""
 
@@ -51,7 +63,7 @@ class LiveStatus(BaseModel):
 
     token: str
     process: int
-    heading: tuple[str, ...]
+    heading: tuple[Shown, ...]
     state: State
     task: str
     trial: int
@@ -69,11 +81,11 @@ class LiveStatus(BaseModel):
     noise: str
     plate: str
     temperature_c: float | None = None
-    message: str
-    level: str | None
+    message: Shown
+    level: Shown | None
     unblinded: bool = False
-    warnings: tuple[str, ...] = ()
-    refused: str
+    warnings: tuple[Shown, ...] = ()
+    refused: Shown
 
 
 class LiveRequest(FrozenTable):
@@ -266,7 +278,10 @@ def post(journal: Path, request: LiveRequest) -> None:
         # Names sort by time; the random part separates simultaneous requests.
         _write(folder / f"{time.time_ns()}-{secrets.token_hex(4)}.json", request.model_dump_json())
     except OSError:
-        raise UserError(f"{journal.name}: no session of this run is accepting requests") from None
+        raise UserError(
+            "{journal_name}: no session of this run is accepting requests",
+            journal_name=journal.name,
+        ) from None
 
 
 def _write(path: Path, text: str) -> None:

@@ -36,9 +36,11 @@ class LabStream:
         try:
             import pylsl  # noqa: PLC0415 - an extra, and slow to import
         except ImportError:
-            raise UserError(f"--markers lsl: {how_to_install('pylsl')}") from None
+            raise UserError("--markers lsl: {remedy}", remedy=how_to_install("pylsl")) from None
         except (RuntimeError, OSError) as error:
-            raise UserError(f"--markers lsl: liblsl cannot be loaded ({error})") from None
+            raise UserError(
+                "--markers lsl: liblsl cannot be loaded ({error})", error=error
+            ) from None
         with suppress(AttributeError, RuntimeError):  # pylsl or liblsl before 1.17
             pylsl.set_config_content(QUIET)
         stream = argument or STREAM
@@ -77,8 +79,10 @@ class SerialTrigger:
             self._line = serial.Serial(argument, 115_200, write_timeout=0.1)
         except (OSError, ValueError) as error:
             raise UserError(
-                f"--markers {self.name}: cannot be opened ({error}); "
-                "expected serial:PORT, a trigger box that no other program uses"
+                "--markers {name}: cannot be opened ({error}); expected serial:PORT, a trigger "
+                "box that no other program uses",
+                name=self.name,
+                error=error,
             ) from None
 
     def send(self, event: Event, _trial: int | None) -> None:
@@ -115,8 +119,10 @@ class ParallelTrigger:
             self._port.setData(0)
         except Exception as error:  # noqa: BLE001 - each system's driver raises its own errors
             raise UserError(
-                f"--markers {self.name}: cannot be opened ({error}); expected parallel:ADDRESS, "
-                "such as parallel:0x378 or parallel:/dev/parport0"
+                "--markers {name}: cannot be opened ({error}); expected parallel:ADDRESS, such "
+                "as parallel:0x378 or parallel:/dev/parport0",
+                name=self.name,
+                error=error,
             ) from None
 
     def send(self, event: Event, _trial: int | None) -> None:
@@ -159,10 +165,11 @@ def open_markers(specs: Sequence[str]) -> Iterator[Markers]:
             kind, _, argument = spec.partition(":")
             if kind not in OUTPUTS or (kind in NEED_AN_ARGUMENT and not argument):
                 raise UserError(
-                    f"--markers {spec}: expected lsl, lsl:NAME, serial:PORT or parallel:ADDRESS"
+                    "--markers {spec}: expected lsl, lsl:NAME, serial:PORT or parallel:ADDRESS",
+                    spec=spec,
                 )
             if specs.count(spec) > 1:
-                raise UserError(f"--markers {spec}: named more than once")
+                raise UserError("--markers {spec}: named more than once", spec=spec)
             outputs.append(OUTPUTS[kind](argument))
         yield Markers(outputs)
     finally:

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipscale.faults import RigError
+from slipscale.faults.message import Message
 from slipscale.stimuli.masking_noise import pink_noise, ramp
 
 REMEDY = "plug in headphones and select them as the system output, or turn masking noise off"
@@ -59,7 +60,7 @@ def check_device() -> str | None:
         rate_hz = device["default_samplerate"]
         sounddevice.check_output_settings(samplerate=rate_hz, channels=CHANNELS)
     except (sounddevice.PortAudioError, ValueError) as error:
-        return f"no sound can be played ({error}): {REMEDY}"
+        return Message("no sound can be played ({error}): {remedy}", error=error, remedy=REMEDY)
     return None
 
 
@@ -152,7 +153,7 @@ class MaskingNoise:
             return
         wrong = check_device()
         if wrong:
-            raise RigError(f"masking noise: {wrong}")
+            raise RigError("masking noise: {wrong}", wrong=wrong)
         import sounddevice  # noqa: PLC0415  see check_device
 
         playback = Playback(self._noise, round(self._fade_s * self._rate_hz))
@@ -169,11 +170,11 @@ class MaskingNoise:
             )
             stream.start()
         except sounddevice.PortAudioError as error:
-            raise RigError(f"masking noise: {error}: {REMEDY}") from None
+            raise RigError("masking noise: {error}: {remedy}", error=error, remedy=REMEDY) from None
         self._playback, self._stream = playback, stream
         if not playback.level.wait(self._fade_s + STALL_S):
             self.stop()
-            raise RigError(f"masking noise: the sound device does not play; {REMEDY}")
+            raise RigError("masking noise: the sound device does not play; {remedy}", remedy=REMEDY)
 
     def stop(self) -> None:
         """Fade the noise out and release the device; do nothing if no noise is playing."""

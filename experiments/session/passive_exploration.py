@@ -37,8 +37,9 @@ def stage_of(stroke: Stroke | None, sources: Mapping[Kind, ContactSource]) -> St
         )
     if isinstance(position, Stage) and not passive:
         raise UserError(
-            f"--position {position.name}: a stage moves the plate, but the study's [stroke] is not "
-            "passive; expected passive = true"
+            "--position {position_name}: a stage moves the plate, but the study's [stroke] is "
+            "not passive; expected passive = true",
+            position_name=position.name,
         )
     if not (isinstance(position, Stage) and stroke and stroke.speed_mm_s):
         return None

@@ -96,7 +96,9 @@ class SoundOutput:
             )
             stream.start()
         except sounddevice.PortAudioError as error:
-            raise RigError(f"headphone test: {error}: {REMEDY}") from None
+            raise RigError(
+                "headphone test: {error}: {remedy}", error=error, remedy=REMEDY
+            ) from None
         self._stream = stream
 
     def stop(self) -> None:

@@ -49,9 +49,11 @@ def replay(step: Step, past: Past, journal: Journal, surface: SurfaceState) -> A
     """
     if not same_step(past.begun.data["what"], step_record(step), journal.in_file):
         raise UserError(
-            f"journal {journal.path}, line {past.done.number + 1}: the protocol's "
-            "next step differs from the recorded step; resume with the version of "
-            "Slipscale that began the run (the journal's first line names it)"
+            "journal {journal_path}, line {done_number}: the protocol's next step differs from "
+            "the recorded step; resume with the version of Slipscale that began the run (the "
+            "journal's first line names it)",
+            journal_path=journal.path,
+            done_number=past.done.number + 1,
         )
     answer = answer_from(past.done.data["answer"])
     if isinstance(step, Present):

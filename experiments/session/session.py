@@ -200,7 +200,7 @@ class Session:
     def _shut_down(self) -> None:
         """Silence the plate, and record if it may still vibrate; closing it raises this fault."""
         if still := self._surface.shut_down():
-            self._journal.write("fault", code=still.code, message=still.message)
+            self._journal.write("fault", **still.record())
 
     def _loop(self) -> None:
         """Replay the steps in the journal, and then carry out the remaining steps."""

@@ -11,6 +11,7 @@ from typing import Annotated, Literal
 from pydantic import AfterValidator, Field
 
 from slipscale.faults.frozen_table import FrozenTable, setting
+from slipscale.faults.message import Message
 
 Normalisation = Literal[
     "none",
@@ -141,9 +142,12 @@ class Thresholds(FrozenTable):
 def _no_outcome(flags: tuple[QualityFlag, ...]) -> tuple[QualityFlag, ...]:
     if wrong := [flag for flag in flags if flag in OF_THE_OUTCOME]:
         raise ValueError(
-            f"{wrong[0]} selects participants by the tested effect and makes pure noise "
-            "significant; remove it: the report shows the results without the flagged "
-            "participants as a sensitivity analysis"
+            Message(
+                "{wrong} selects participants by the tested effect and makes pure noise "
+                "significant; remove it: the report shows the results without the flagged "
+                "participants as a sensitivity analysis",
+                wrong=wrong[0],
+            )
         )
     return flags
 

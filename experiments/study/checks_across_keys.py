@@ -17,6 +17,7 @@ from slipscale.experiments.study.levels import Levels
 from slipscale.experiments.study.person_questions import unanswerable
 from slipscale.experiments.study.questionnaires import unusable
 from slipscale.faults import UserError
+from slipscale.faults.message import Message
 from slipscale.faults.toml_lines import Place
 from slipscale.faults.validation import Fault
 
@@ -109,7 +110,10 @@ def unspoken(texts: dict[str, dict[str, Any]], data: Mapping[str, Any]) -> Itera
     language, questions = data.get("language"), data.get("about_you", ())
     yield from named_twice("about_you", [question.name for question in questions])
     if language is not None and language not in known:
-        fault = {"msg": f"expected one of {', '.join(known)}", "input": language}
+        fault = {
+            "msg": Message("expected one of {known}", known=", ".join(known)),
+            "input": language,
+        }
         yield ("language",), fault
     elif language is not None:
         yield from unanswerable(questions, language, known)

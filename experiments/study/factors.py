@@ -30,6 +30,7 @@ from slipscale.experiments.study.levels import Levels
 from slipscale.experiments.study.tables import SecondPlate
 from slipscale.faults import UserError
 from slipscale.faults.frozen_table import FrozenTable, setting
+from slipscale.faults.message import Message
 from slipscale.faults.toml_lines import Place
 from slipscale.faults.validation import Fault
 from slipscale.stimuli.parameters import field_of
@@ -181,10 +182,21 @@ def second_faults(second: SecondPlate, factors: Sequence[Factor]) -> Iterator[Fa
     named = [each for each in factors if each.name == second.factor]
     levels = second_levels(second, named)
     if not named:
-        yield ("factors",), {"msg": f"[second_plate] requires a factor named {second.factor}"}
+        yield (
+            ("factors",),
+            {
+                "msg": Message(
+                    "[second_plate] requires a factor named {factor}", factor=second.factor
+                )
+            },
+        )
     elif len(levels) < len(named[0].levels) or not 0 <= min(levels) <= max(levels) <= second.level:
         limit = second.quantity.quantity.short(second.level)
-        message = f"expected the levels of {second.factor} to be numbers from 0 to {limit}"
+        message = Message(
+            "expected the levels of {factor} to be numbers from 0 to {limit}",
+            factor=second.factor,
+            limit=limit,
+        )
         yield ("factors",), {"msg": message}
 
 

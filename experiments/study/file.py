@@ -113,8 +113,12 @@ def study_text(name: str) -> str:
         files_here = [str(path) for path in Path().glob("*.toml")]
         meant = did_you_mean(name, [*shipped_studies(), *files_here])
         raise UserError(
-            f"study '{name}': {reason}{meant}; expected a TOML file or one of the shipped studies: "
-            f"{', '.join(shipped_studies())}; for a new file: slipscale study new FILE"
+            "study '{name}': {reason}{meant}; expected a TOML file or one of the shipped "
+            "studies: {shipped_studies}; for a new file: slipscale study new FILE",
+            name=name,
+            reason=reason,
+            meant=meant,
+            shipped_studies=", ".join(shipped_studies()),
         ) from None
 
 
@@ -141,7 +145,12 @@ def read_study(name: str) -> tuple[Study, str]:
         return parse_whole(text, name)
     except UserError as error:
         end = "\n" if "\n" in str(error) else "; "
-        raise UserError(f"{error}{end}correct it, then: slipscale study validate {name}") from None
+        raise UserError(
+            "{error}{end}correct it, then: slipscale study validate {name}",
+            error=error,
+            end=end,
+            name=name,
+        ) from None
 
 
 def study_hash(text: str) -> str:

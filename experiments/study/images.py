@@ -53,8 +53,10 @@ def _greys(source: str, name: str) -> Greys:
     """Read an image in the study file's folder, and return its rows of grey values."""
     if Path(name).name != name or "\\" in name or not name.lower().endswith(".png"):
         raise UserError(
-            f"{source}: image: {name!r}: expected the name of a PNG file next to the study file, "
-            "without a folder"
+            "{source}: image: {name}: expected the name of a PNG file next to the study file, "
+            "without a folder",
+            source=source,
+            name=repr(name),
         )
     import numpy as np  # noqa: PLC0415 - only studies with images need it
     from matplotlib.image import imread  # noqa: PLC0415 - as above
@@ -65,19 +67,29 @@ def _greys(source: str, name: str) -> Greys:
     except (OSError, ValueError, SyntaxError) as error:
         reason = getattr(error, "strerror", None) or "it is not a PNG file"
         raise UserError(
-            f"{source}: image {path}: {reason}; expected a greyscale PNG file"
+            "{source}: image {path}: {reason}; expected a greyscale PNG file",
+            source=source,
+            path=path,
+            reason=reason,
         ) from None
     if values.ndim > 2:  # noqa: PLR2004 - rows and columns, or also colours
         opaque, colours = values[..., 3:], values[..., :3]
         if (colours != colours[..., :1]).any() or (opaque != 1).any():
             raise UserError(
-                f"{source}: image {path}: the image must be greyscale, but is in colour"
+                "{source}: image {path}: the image must be greyscale, but is in colour",
+                source=source,
+                path=path,
             )
         values = values[..., 0]
     if values.size > MOST_PIXELS:
         rows, columns = values.shape
         raise UserError(
-            f"{source}: image {path}: {columns} x {rows} pixels are too many; reduce the image to "
-            f"at most {MOST_PIXELS:,} pixels"
+            "{source}: image {path}: {columns} x {rows} pixels are too many; reduce the image to "
+            "at most {most_pixels:,} pixels",
+            source=source,
+            path=path,
+            columns=columns,
+            rows=rows,
+            most_pixels=MOST_PIXELS,
         )
     return tuple(bytes(row) for row in np.round(values * WHITE).astype(np.uint8))

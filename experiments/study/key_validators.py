@@ -33,6 +33,7 @@ from slipscale.experiments.study.tables import (
     StimulusTable,
     Texture,
 )
+from slipscale.faults.message import Message
 from slipscale.faults.suggestions import expected_one_of
 from slipscale.faults.validation import Fault, faults_in, refuse
 from slipscale.stimuli.attributes import ATTRIBUTES
@@ -48,8 +49,13 @@ def valid_attribute_words(
     language = info.data.get("language", ENGLISH)
     if language not in value and language in languages() and judged not in ATTRIBUTES:
         raise ValueError(
-            f"{expected_one_of(judged, list(ATTRIBUTES))}, got attribute '{judged}'; or state "
-            f"an adjective and a noun in [attribute_words.{language}]"
+            Message(
+                "{expected_one_of}, got attribute '{judged}'; or state an adjective and a noun "
+                "in [attribute_words.{language}]",
+                expected_one_of=expected_one_of(judged, list(ATTRIBUTES)),
+                judged=judged,
+                language=language,
+            )
         )
     return value
 
@@ -66,7 +72,9 @@ def valid_stimulus(value: StimulusTable | None, info: ValidationInfo) -> Stimulu
     """Require the table of fixed parameters if a parameter is varied, and reject it otherwise."""
     vary = info.data.get("vary", "")
     if value is None and vary:
-        raise ValueError(f"expected the table [stimulus], because {vary} is varied")
+        raise ValueError(
+            Message("expected the table [stimulus], because {vary} is varied", vary=vary)
+        )
     if value is not None and not vary:
         raise ValueError("expected the key vary, which names the varied parameter")
     if value is not None:
@@ -173,5 +181,11 @@ def _task(table: object, info: ValidationInfo) -> Options:
         return table
     name = table.get("protocol") if isinstance(table, dict) else None
     if name not in protocol_names():
-        raise ValueError(f"{expected_one_of(name, protocol_names())}, got {name!r}")
+        raise ValueError(
+            Message(
+                "{expected_one_of}, got {name}",
+                expected_one_of=expected_one_of(name, protocol_names()),
+                name=repr(name),
+            )
+        )
     return load_protocol(name).options.model_validate(table, context=info.context)

@@ -147,9 +147,16 @@ class Levels:
         if followed and not followed.felt and self.made.in_um_pp:
             film_ms = 1000 * FILM_TIME_CONSTANT_S
             raise UserError(
-                f"{self.quantity.short(surface.level)} corresponds to {followed.change}, at which "
-                f"friction reproduces only {followed.friction:.1%} of {followed.whole} (film "
-                f"{film_ms:g} ms); expected at least {LEAST_FOLLOWED:.0%}. Use {followed.remedy}"
+                "{level} corresponds to {change}, at which friction reproduces only "
+                "{friction:.1%} of {whole} (film {film_ms:g} ms); expected at least "
+                "{least_followed:.0%}. Use {remedy}",
+                level=self.quantity.short(surface.level),
+                change=followed.change,
+                friction=followed.friction,
+                whole=followed.whole,
+                film_ms=film_ms,
+                least_followed=LEAST_FOLLOWED,
+                remedy=followed.remedy,
             )
 
     def unstated(self, place: Place, table: BaseModel) -> Iterator[Fault]:

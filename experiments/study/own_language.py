@@ -34,6 +34,7 @@ from slipscale.experiments.languages.texts import (
 from slipscale.experiments.protocol_parts.base import protocol_texts
 from slipscale.experiments.protocol_parts.registry import load_protocol
 from slipscale.faults import UserError
+from slipscale.faults.message import Message
 from slipscale.faults.toml_file import parse_toml
 from slipscale.faults.toml_lines import Lines
 from slipscale.faults.validation import Fault, complaint, sentences
@@ -88,8 +89,10 @@ def with_own_language(text: str, source: str, *, absent: bool = False) -> str:
         # The console page can set these names, and must not access files outside the folder.
         if Path(name).name != name or "\\" in name or not name.isprintable():
             raise UserError(
-                f"{source}: texts_files: {name!r}: expected the name of a file next to the study "
-                "file, without a folder"
+                "{source}: texts_files: {name}: expected the name of a file next to the study "
+                "file, without a folder",
+                source=source,
+                name=repr(name),
             )
         path = Path(source).parent / name
         if absent and not path.exists():
@@ -97,9 +100,11 @@ def with_own_language(text: str, source: str, *, absent: bool = False) -> str:
         language, words = _read(path)
         if language in available:
             raise UserError(
-                f"{path}: language '{language}' already exists; expected another language (to "
-                f"replace individual texts of {', '.join(languages())}, use [texts] in the study "
-                "file)"
+                "{path}: language '{language}' already exists; expected another language (to "
+                "replace individual texts of {languages}, use [texts] in the study file)",
+                path=path,
+                language=language,
+                languages=", ".join(languages()),
             )
         available.add(language)
         whole += f"\n# The words of {path.name}.\n[texts.{_key(language)}]\n{_lines(words)}"
@@ -107,8 +112,10 @@ def with_own_language(text: str, source: str, *, absent: bool = False) -> str:
         tomllib.loads(whole)
     except tomllib.TOMLDecodeError:
         raise UserError(
-            f"{source}: [texts] cannot be combined with the texts of {', '.join(named)}; "
-            "expected tables such as [texts.en.session], not texts = {...}"
+            "{source}: [texts] cannot be combined with the texts of {named}; expected tables "
+            "such as [texts.en.session], not texts = {{...}}",
+            source=source,
+            named=", ".join(named),
         ) from None
     return whole
 
@@ -120,8 +127,10 @@ def _read(path: Path) -> tuple[str, Texts]:
     except (OSError, UnicodeDecodeError) as error:
         reason = error.strerror if isinstance(error, OSError) else "it is not UTF-8 text"
         raise UserError(
-            f"{path}: cannot be read ({reason}); expected a file with the texts of a "
-            "language, as written by slipscale study texts"
+            "{path}: cannot be read ({reason}); expected a file with the texts of a language, as "
+            "written by slipscale study texts",
+            path=path,
+            reason=reason,
         ) from None
     table = dict(parse_toml(text, str(path), _Table).root)
     language = table.pop("language", None)
@@ -157,12 +166,12 @@ def check_words(study: Study, source: str) -> None:
     later version of Slipscale adds or removes texts.
     """
     faults = [
-        (0, f"texts.{language}{f'.{key}' if key else ''}: {sentence}")
+        (("texts", language, *filter(None, key.split("."))), {"msg": sentence})
         for language, table in study.texts.items()
         for key, sentence in _faults(study, language, flatten(table), source)
     ]
     if faults:
-        raise complaint(source, faults)
+        raise complaint(source, sentences(faults, lambda _: 0))
 
 
 def _faults(study: Study, language: str, own: Texts, source: str) -> Iterator[tuple[str, str]]:
@@ -176,12 +185,22 @@ def _faults(study: Study, language: str, own: Texts, source: str) -> Iterator[tu
     if lacking := missing(own, brought):
         named = ", ".join(lacking[:MOST_NAMED])
         more = f" and {len(lacking) - MOST_NAMED} more" if len(lacking) > MOST_NAMED else ""
-        remedy = f"slipscale study texts {source} --language {language} --out FILE writes all texts"
+        remedy = Message(
+            "slipscale study texts {source} --language {language} --out FILE writes all texts",
+            source=source,
+            language=language,
+        )
         yield (
             "",
             (
-                f"{len(lacking)} texts are missing: {named}{more}; {remedy}, including the "
-                "existing ones"
+                Message(
+                    "{count} texts are missing: {named}{more}; {remedy}, including the existing "
+                    "ones",
+                    count=len(lacking),
+                    named=named,
+                    more=more,
+                    remedy=remedy,
+                )
             ),
         )
 
@@ -197,11 +216,15 @@ def brought_texts(study: Study, language: str) -> dict[str, str]:
 def check_own_code(language: str) -> None:
     """Raise `UserError` if a language code is invalid, or if Slipscale includes the language."""
     if not CODE.fullmatch(language):
-        raise UserError(f"--language {language}: expected a language code, such as de or pt-BR")
+        raise UserError(
+            "--language {language}: expected a language code, such as de or pt-BR",
+            language=language,
+        )
     if language in languages():
         raise UserError(
-            f"--language {language}: this is a shipped language; to replace individual texts, use "
-            f"[texts.{language}] in the study file"
+            "--language {language}: this is a shipped language; to replace individual texts, use "
+            "[texts.{language}] in the study file",
+            language=language,
         )
 
 

@@ -12,6 +12,7 @@ from pydantic import Field, field_validator, model_validator
 
 from slipscale.experiments.protocol_parts.base import Switch
 from slipscale.faults.frozen_table import FrozenTable, setting
+from slipscale.faults.message import Message
 
 NAMED = ("space", "enter")
 AGAIN = ("r", "a")  # default of `again`: the first of these keys that differs from `go_on`
@@ -51,7 +52,9 @@ class ParticipantKeys(FrozenTable):
     @classmethod
     def _a_key(cls, value: str) -> str:
         if value not in NAMED and not _is_character(value):
-            raise ValueError(f"expected {' or '.join(NAMED)}, or one character")
+            raise ValueError(
+                Message("expected {named}, or one character", named=" or ".join(NAMED))
+            )
         return value
 
     @model_validator(mode="after")

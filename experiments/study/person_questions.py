@@ -16,6 +16,7 @@ from slipscale.experiments.steps.questions import CONSENT, ChoiceQuestion, Whole
 from slipscale.experiments.steps.steps import Ask
 from slipscale.faults import UserError
 from slipscale.faults.frozen_table import FrozenTable, setting
+from slipscale.faults.message import Message
 from slipscale.faults.toml_lines import Place
 from slipscale.faults.validation import Fault
 
@@ -108,13 +109,25 @@ class PersonQuestion(FrozenTable):
     def faults(self, language: str) -> Iterator[tuple[Place, str]]:
         """Yield a key and an error message for each text that is missing in a language."""
         if isinstance(self.options, dict) and language not in next(iter(self.options.values())):
-            yield ("options",), f"'{self.name}' has no words for its options in '{language}'"
+            yield (
+                ("options",),
+                Message(
+                    "'{name}' has no words for its options in '{language}'",
+                    name=self.name,
+                    language=language,
+                ),
+            )
         shipped = f"about_you.{self.name}" in shipped_texts(language)
         if isinstance(self.prompt, dict):
             if language not in self.prompt:
-                yield ("prompt",), f"'{self.name}' has no prompt in '{language}'"
+                yield (
+                    ("prompt",),
+                    Message(
+                        "'{name}' has no prompt in '{language}'", name=self.name, language=language
+                    ),
+                )
         elif not self.prompt and not shipped:
-            yield ("prompt",), f"'{self.name}' needs its own prompt"
+            yield ("prompt",), Message("'{name}' needs its own prompt", name=self.name)
 
     def ask(self, language: str, texts: Mapping[str, str]) -> Ask:
         """Return the step that asks the question in a language.

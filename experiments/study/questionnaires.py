@@ -100,7 +100,9 @@ class Questionnaire(FrozenTable):
         for words in (self.title, self.instructions):
             if isinstance(words, dict) and language not in words:
                 raise UserError(
-                    f"questionnaires: '{self.name}' lacks a title or instructions in '{language}'"
+                    "questionnaires: '{name}' lacks a title or instructions in '{language}'",
+                    name=self.name,
+                    language=language,
                 )
         return [
             replace(question.ask(language, texts), task=self.name) for question in self.questions()

@@ -30,6 +30,7 @@ from slipscale.experiments.study.headphone_test import HEADPHONES
 from slipscale.experiments.study.model import Study
 from slipscale.experiments.study.stroke import guided
 from slipscale.faults import UserError
+from slipscale.faults.message import Message
 from slipscale.stimuli.headphone_sounds import NoiseInEar
 
 Mode = Literal["participant", "pilot"]
@@ -49,7 +50,7 @@ def check_labels(*, participant: str, session: str, run: str) -> None:
     """
     check_file_labels(participant=participant, session=session, run=run)
     if not re.fullmatch(r"[0-9]+", run):
-        raise UserError(f"--run '{run}': expected a number, such as 01")
+        raise UserError("--run '{run}': expected a number, such as 01", run=run)
 
 
 def check_file_labels(*, participant: str, session: str, run: str) -> None:
@@ -57,8 +58,10 @@ def check_file_labels(*, participant: str, session: str, run: str) -> None:
     for name, value in (("participant", participant), ("run", run), ("session", session)):
         if not re.fullmatch(r"[A-Za-z0-9]+", value) and (value or name != "session"):
             raise UserError(
-                f"--{name} '{value}': expected letters and digits only, such as 01 "
-                "(never a participant's name)"
+                "--{name} '{value}': expected letters and digits only, such as 01 (never a "
+                "participant's name)",
+                name=name,
+                value=value,
             )
 
 
@@ -118,11 +121,13 @@ class RunPlan:
     def __post_init__(self) -> None:
         if self.order_version != ORDER_VERSION:
             raise UserError(
-                f"this run has orders of version {self.order_version}, but this Slipscale "
-                f"generates version {ORDER_VERSION}; resume with the release that began the run"
+                "this run has orders of version {order_version}, but this Slipscale generates "
+                "version {order_version_2}; resume with the release that began the run",
+                order_version=self.order_version,
+                order_version_2=ORDER_VERSION,
             )
         if self.seed < 0:
-            raise UserError(f"--seed {self.seed}: expected 0 or more")
+            raise UserError("--seed {seed}: expected 0 or more", seed=self.seed)
         check_file_labels(participant=self.participant, session=self.session, run=self.run)
 
     @property
@@ -154,8 +159,9 @@ class RunPlan:
         study = self.study
         if study.sessions and self.session not in study.sessions:
             raise UserError(
-                f"--session '{self.session}': expected one of the study's sessions: "
-                f"{', '.join(study.sessions)}"
+                "--session '{session}': expected one of the study's sessions: {sessions}",
+                session=self.session,
+                sessions=", ".join(study.sessions),
             )
         session = (
             study.sessions.index(self.session)
@@ -177,12 +183,14 @@ class RunPlan:
 
     def heading(self, plate: str) -> tuple[str, ...]:
         """Return the heading for the operator: participant, study and plate."""
-        session = f", session {self.session}" if self.session else ""
+        who = "participant {label}, run {run}"
+        if self.session:
+            who = "participant {label}, session {session}, run {run}"
         pilot = ("PILOT",) if self.mode == "pilot" else ()
         return (
-            f"participant {self.participant}{session}, run {self.run}",
-            f"study {self.study.name}",
-            f"plate {plate}",
+            Message(who, label=self.participant, session=self.session, run=self.run),
+            Message("study {study_name}", study_name=self.study.name),
+            Message("plate {plate}", plate=plate),
             *pilot,
         )
 

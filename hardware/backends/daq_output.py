@@ -91,13 +91,16 @@ class DaqOutput(PlateDriver):
         try:
             self.limits.check_frequency(self._frequency_hz)
         except OverLimit as error:
-            raise UserError(f"plate 'daq': {error}") from None
+            raise UserError("plate 'daq': {error}", error=error) from None
         samples = PERIODS * self._rate_hz / self._frequency_hz
         if samples < 4 * PERIODS or abs(samples - round(samples)) > 1e-6 * samples:
             raise UserError(
-                f"plate 'daq': rate is {self._rate_hz:g} Hz, but {PERIODS} periods of "
-                f"{self._frequency_hz:g} Hz must be a whole number of samples, with at least 4 per "
-                "period; expected a multiple of the frequency"
+                "plate 'daq': rate is {rate_hz:g} Hz, but {periods} periods of {frequency_hz:g} "
+                "Hz must be a whole number of samples, with at least 4 per period; expected a "
+                "multiple of the frequency",
+                rate_hz=self._rate_hz,
+                periods=PERIODS,
+                frequency_hz=self._frequency_hz,
             )
         phase = 2 * math.pi * PERIODS * np.arange(round(samples)) / round(samples)
         self._sine, self._cosine = np.sin(phase), np.cos(phase)
@@ -111,8 +114,11 @@ class DaqOutput(PlateDriver):
         needed_v = level / self._level_per_v
         if needed_v > TERMINAL_V:
             raise OverLimit(
-                f"{self.limits.quantity.short(level)} needs {needed_v:.2f} V at the terminal, "
-                f"which supplies at most {TERMINAL_V:g} V"
+                "{level} needs {needed_v:.2f} V at the terminal, which supplies at most "
+                "{terminal_v:g} V",
+                level=self.limits.quantity.short(level),
+                needed_v=needed_v,
+                terminal_v=TERMINAL_V,
             )
 
     def _connect(self) -> PlateIdentity:
@@ -158,8 +164,9 @@ class DaqOutput(PlateDriver):
             self._zero()
         except ConnectionLost as error:
             raise StillVibrating(
-                f"plate 'daq': {self._channel} did not confirm 0 V ({error}); switch the amplifier "
-                "off"
+                "plate 'daq': {channel} did not confirm 0 V ({error}); switch the amplifier off",
+                channel=self._channel,
+                error=error,
             ) from error
 
     def _close(self) -> None:
@@ -207,7 +214,9 @@ class DaqOutput(PlateDriver):
         try:
             return request()
         except self._library.errors.Error as error:
-            raise ConnectionLost(f"plate 'daq': {str(error).partition(chr(10))[0]}") from error
+            raise ConnectionLost(
+                "plate 'daq': {error}", error=str(error).partition(chr(10))[0]
+            ) from error
 
 
 def open_plate(address: str, *, clock: Clock, seed: int) -> PlateDriver:  # noqa: ARG001
@@ -216,7 +225,8 @@ def open_plate(address: str, *, clock: Clock, seed: int) -> PlateDriver:  # noqa
     missing = [name for name in ("plate", "frequency", "per_volt") if name not in options]
     if missing or "/" not in channel:
         raise UserError(
-            f"plate 'daq:{address}': expected a channel such as Dev1/ao0, and "
-            "plate=FILE,frequency=HZ,per_volt=LEVEL"
+            "plate 'daq:{address}': expected a channel such as Dev1/ao0, and "
+            "plate=FILE,frequency=HZ,per_volt=LEVEL",
+            address=address,
         )
     return DaqOutput(channel, options, clock=clock, plate=plate)

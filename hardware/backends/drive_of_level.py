@@ -75,19 +75,23 @@ def stated(backend: str, options: Mapping[str, Any], plate: addresses.Plate) -> 
     quantity = plate.limits.quantity
     if plate.calibration is not None or quantity.in_um_pp:
         raise UserError(
-            f"plate '{backend}': frequency and per_volt apply only to plate files in a "
-            "quantity other than µm; for plates in µm, the calibration contains both values"
+            "plate '{backend}': frequency and per_volt apply only to plate files in a quantity "
+            "other than µm; for plates in µm, the calibration contains both values",
+            backend=backend,
         )
     in_volts = quantity.unit == VOLTS
     if "frequency" not in options or ("per_volt" in options) == in_volts:
         expected = "frequency=HZ" if in_volts else "frequency=HZ,per_volt=LEVEL"
         raise UserError(
-            f"plate '{backend}': a plate file in {quantity.unit_in_full} requires {expected}"
+            "plate '{backend}': a plate file in {unit_in_full} requires {expected}",
+            backend=backend,
+            unit_in_full=quantity.unit_in_full,
+            expected=expected,
         )
     try:
         plate.limits.check_frequency(options["frequency"])
     except OverLimit as error:
-        raise UserError(f"plate '{backend}': {error}") from None
+        raise UserError("plate '{backend}': {error}", backend=backend, error=error) from None
     return DriveOfLevel(
         frequency_hz=options["frequency"],
         level_per_v=PER_V_PEAK[quantity.convention] if in_volts else options["per_volt"],

@@ -11,6 +11,8 @@ from collections import Counter
 from collections.abc import Collection, Iterable
 from dataclasses import dataclass
 
+from slipscale.faults.message import Message
+
 EVERY = ""  # phase of faults that are counted over the commands of all phases
 
 
@@ -50,9 +52,12 @@ def _parse(word: str, faults: Collection[str], phases: Collection[str]) -> Injec
         or (place and not (count.isascii() and count.isdigit() and int(count) > 0))
     ):
         raise ValueError(
-            "expected FAULT, FAULT@N, FAULT@PHASE or FAULT@PHASE/N; "
-            f"faults: {', '.join(sorted(faults))}; "
-            f"phases: {', '.join(sorted(phases))}"
+            Message(
+                "expected FAULT, FAULT@N, FAULT@PHASE or FAULT@PHASE/N; faults: {faults}; "
+                "phases: {phases}",
+                faults=", ".join(sorted(faults)),
+                phases=", ".join(sorted(phases)),
+            )
         )
     return Injection(fault, phase, int(count) if place else 1)
 

@@ -147,9 +147,13 @@ class FunctionGenerator(PlateDriver):
         if made is None or voltage_v == 0 or made.smallest_vpp <= vpp <= made.largest_vpp:
             return
         raise OverLimit(
-            f"{voltage_v:.4g} V peak at the plate require {vpp:.4g} V peak to peak from the "
-            f"generator, which supplies {made.smallest_vpp:g} to {made.largest_vpp:g} V; use "
-            "an amplifier with another gain, or other amplitudes"
+            "{voltage_v:.4g} V peak at the plate require {vpp:.4g} V peak to peak from the "
+            "generator, which supplies {smallest_vpp:g} to {largest_vpp:g} V; use an amplifier "
+            "with another gain, or other amplitudes",
+            voltage_v=voltage_v,
+            vpp=vpp,
+            smallest_vpp=made.smallest_vpp,
+            largest_vpp=made.largest_vpp,
         )
 
     def _drive(self, level: float) -> Presentation:
@@ -247,8 +251,10 @@ def open_plate(address: str, *, clock: Clock, seed: int) -> PlateDriver:  # noqa
     channel = options.get("channel", wired or 1)
     if wired and channel != wired:
         raise UserError(
-            f"plate 'scpi': the SPEC has channel={channel}, but the plate file has channel "
-            f"{wired}; correct the wrong one"
+            "plate 'scpi': the SPEC has channel={channel}, but the plate file has channel "
+            "{wired}; correct the wrong one",
+            channel=channel,
+            wired=wired,
         )
     return FunctionGenerator(
         GeneratorLine(resource),

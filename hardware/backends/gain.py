@@ -47,5 +47,9 @@ def agreed_gain(
     if not all(math.isclose(gains[0], each) for each in gains):
         sources = ", ".join(f"{source} {gain:g}" for source, gain in stated.items())
         backend = unknown.partition(":")[0]
-        raise UserError(f"{backend}: two different values for the amplifier's gain: {sources}")
+        raise UserError(
+            "{backend}: two different values for the amplifier's gain: {sources}",
+            backend=backend,
+            sources=sources,
+        )
     return gains[0]

@@ -17,6 +17,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from slipscale.faults import UserError
+from slipscale.faults.message import Message
 
 WHOLE_ANSWER = r"^\"?([^,\"]+)"  # Answer up to the first comma; some generators add quotes.
 INFINITE_OHM = 9e37  # SCPI's infinity is 9.9E+37
@@ -340,7 +341,7 @@ DIALECTS = {each.name: each for each in (KEYSIGHT, RIGOL, SIGLENT, TEKTRONIX)}
 def dialect_named(name: str) -> Dialect:
     """Return a dialect by name. Raises ValueError with the expected names."""
     if name not in DIALECTS:
-        raise ValueError(f"expected one of {', '.join(DIALECTS)}")
+        raise ValueError(Message("expected one of {dialects}", dialects=", ".join(DIALECTS)))
     return DIALECTS[name]
 
 
@@ -360,6 +361,10 @@ def channel_number(text: str) -> int:
 def words_of(dialect: Dialect, channel: int) -> dict[str, str]:
     """Return the fields that select a channel in a dialect's commands. Raises UserError."""
     if channel > len(dialect.channels):
-        raise UserError(f"plate 'scpi': {dialect.name} generators have no channel {channel}")
+        raise UserError(
+            "plate 'scpi': {dialect_name} generators have no channel {channel}",
+            dialect_name=dialect.name,
+            channel=channel,
+        )
     source, suffix = dialect.channels[channel - 1]
     return {"source": source, "channel": suffix}

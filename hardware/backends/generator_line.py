@@ -69,7 +69,7 @@ class GeneratorLine:
 
     def _require(self) -> Any:
         if self._instrument is None:
-            raise ConnectionLost(f"{self.resource}: not connected")
+            raise ConnectionLost("{resource}: not connected", resource=self.resource)
         return self._instrument
 
     @contextmanager
@@ -81,9 +81,15 @@ class GeneratorLine:
             yield
         except (VisaIOError, OSError, ValueError) as error:
             if opening:
-                raise PlateNotFound(f"{self.resource}: cannot be opened ({error})") from error
+                raise PlateNotFound(
+                    "{resource}: cannot be opened ({error})", resource=self.resource, error=error
+                ) from error
             if getattr(error, "error_code", None) == StatusCode.error_timeout:
-                raise PlateTimeout(f"{self.resource}: the generator does not answer") from error
+                raise PlateTimeout(
+                    "{resource}: the generator does not answer", resource=self.resource
+                ) from error
             raise ConnectionLost(
-                f"{self.resource}: the device was disconnected ({error})"
+                "{resource}: the device was disconnected ({error})",
+                resource=self.resource,
+                error=error,
             ) from error

@@ -80,13 +80,20 @@ class GeneratorOutput:
         fields = self.line.ask("*IDN?").split(",")
         if len(fields) != len(PlateIdentity.__slots__):
             raise WrongDevice(
-                f"{resource}: the device '{','.join(fields)}' is not a generator", level_free=False
+                "{resource}: the device '{fields}' is not a generator",
+                resource=resource,
+                fields=",".join(fields),
+                level_free=False,
             )
         found = self._chosen or dialect_of(fields[0], fields[1])
         if found is None:
             raise WrongDevice(
-                f"{resource}: '{fields[0]} {fields[1]}' is not a known generator; use dialect=... "
-                f"with one of: {', '.join(DIALECTS)}"
+                "{resource}: '{fields} {fields_2}' is not a known generator; use dialect=... "
+                "with one of: {dialects}",
+                resource=resource,
+                fields=fields[0],
+                fields_2=fields[1],
+                dialects=", ".join(DIALECTS),
             )
         self.dialect, self.range = found, found.range_of(fields[1])
         self._may_be_on = True
@@ -120,9 +127,13 @@ class GeneratorOutput:
         value = self._ask(setting.item)
         if not setting.holds(value):
             raise PlateRefused(
-                f"{self.line.resource}: {self._command(setting.item.ask)} returns {value}, "
-                f"but {setting.value} was set; the generator was reset, was changed at its "
-                "front panel, or does not keep the setting"
+                "{resource}: {command} returns {value}, but {setting_value} was set; the "
+                "generator was reset, was changed at its front panel, or does not keep the "
+                "setting",
+                resource=self.line.resource,
+                command=self._command(setting.item.ask),
+                value=value,
+                setting_value=setting.value,
             )
 
     def switch_on(self) -> None:
@@ -135,7 +146,8 @@ class GeneratorOutput:
         self.write(self.dialect.output, self.dialect.off)
         if self.is_on():
             raise PlateRefused(
-                f"{self.line.resource}: the output is still on after it was switched off",
+                "{resource}: the output is still on after it was switched off",
+                resource=self.line.resource,
                 level_free=True,
             )
         self._may_be_on = self._out_of_reach = False
@@ -173,8 +185,11 @@ class GeneratorOutput:
             return
         self._out_of_reach, reason = True, fault.blinded().message
         raise StillVibrating(
-            f"{self.line.resource}: the output could not be switched off ({reason}; "
-            f"the connection was reopened {reopenings} times), so the plate may still vibrate"
+            "{resource}: the output could not be switched off ({reason}; the connection was "
+            "reopened {reopenings} times), so the plate may still vibrate",
+            resource=self.line.resource,
+            reason=reason,
+            reopenings=reopenings,
         ) from fault
 
     def set(self, item: Item, value: float) -> None:
@@ -189,8 +204,11 @@ class GeneratorOutput:
         step = self.range.resolution_vpp if self.range and item is self.dialect.voltage_vpp else 0.0
         if not math.isclose(answer, value, rel_tol=AGREEMENT, abs_tol=step):
             raise PlateRefused(
-                f"{self.line.resource}: {self._command(item.ask)} returns {answer:g}, but "
-                f"{value:g} was set"
+                "{resource}: {command} returns {answer:g}, but {value:g} was set",
+                resource=self.line.resource,
+                command=self._command(item.ask),
+                answer=answer,
+                value=value,
             )
 
     def is_on(self) -> bool:
@@ -199,8 +217,10 @@ class GeneratorOutput:
         on = is_on(value)
         if on is None:
             raise GarbledReply(
-                f"{self.line.resource}: the answer '{value}' to "
-                f"{self._command(self.dialect.output.ask)} cannot be read"
+                "{resource}: the answer '{value}' to {command} cannot be read",
+                resource=self.line.resource,
+                value=value,
+                command=self._command(self.dialect.output.ask),
             )
         return on
 
@@ -210,8 +230,10 @@ class GeneratorOutput:
         value = number(text)
         if math.isnan(value):
             raise GarbledReply(
-                f"{self.line.resource}: the answer '{text}' to {self._command(item.ask)} cannot "
-                "be read"
+                "{resource}: the answer '{text}' to {command} cannot be read",
+                resource=self.line.resource,
+                text=text,
+                command=self._command(item.ask),
             )
         return value
 
@@ -225,7 +247,10 @@ class GeneratorOutput:
         value = item.read(answer)
         if value is None:
             raise GarbledReply(
-                f"{self.line.resource}: the answer '{answer}' to {query} cannot be read"
+                "{resource}: the answer '{answer}' to {query} cannot be read",
+                resource=self.line.resource,
+                answer=answer,
+                query=query,
             )
         return value
 
@@ -234,7 +259,12 @@ class GeneratorOutput:
             return
         code, _, text = self.line.ask(self.dialect.error).partition(",")
         if code.strip("+ ") != "0":
-            raise PlateRefused(f"{self.line.resource}: the generator reports error {code}, {text}")
+            raise PlateRefused(
+                "{resource}: the generator reports error {code}, {text}",
+                resource=self.line.resource,
+                code=code,
+                text=text,
+            )
 
     def _command(self, template: str, value: str = "") -> str:
         return template.format(value=value, **words_of(self.dialect, self.channel))

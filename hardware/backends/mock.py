@@ -29,6 +29,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING
 
+from slipscale.faults.message import Message
 from slipscale.hardware import address as addresses
 from slipscale.hardware.backends.fault_injection import Injection, Schedule, parse_injections
 from slipscale.hardware.driver import PlateDriver
@@ -118,7 +119,11 @@ class MockPlate(PlateDriver):
         If ``phase`` is empty, commands of all phases except "check" are counted.
         """
         if fault not in FAULTS or phase not in ("", *PHASES):
-            raise ValueError(f"unknown fault '{fault}' or unknown phase '{phase}'")
+            raise ValueError(
+                Message(
+                    "unknown fault '{fault}' or unknown phase '{phase}'", fault=fault, phase=phase
+                )
+            )
         self._schedule.add(Injection(fault, phase, n))
 
     def adopt(self, quantity: Quantity, largest_level: float) -> None:
@@ -224,7 +229,7 @@ class MockPlate(PlateDriver):
             if code == ConnectionLost.code:
                 self._set(OFF)
                 self._connected, self._lost = False, True
-            raise FAULTS[code](f"mock plate: fault '{code}', as requested")
+            raise FAULTS[code](Message("mock plate: fault '{code}', as requested", code=code))
 
     def _require_line(self) -> None:
         if not self._connected:

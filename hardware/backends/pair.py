@@ -15,6 +15,7 @@ from collections.abc import Callable, Collection
 from dataclasses import replace
 
 from slipscale.faults import UserError
+from slipscale.faults.message import Message
 from slipscale.hardware import registry
 from slipscale.hardware.address import SPLIT, parts
 from slipscale.hardware.clock import Clock
@@ -80,7 +81,10 @@ class PlatePair(PlateDriver):
         return first
 
     def _check_identity(self, _identity: PlateIdentity) -> tuple[str, ...]:
-        return (*self.first.notes, *(f"second actuator: {each}" for each in self.second.notes))
+        return (
+            *self.first.notes,
+            *(Message("second actuator: {each}", each=each) for each in self.second.notes),
+        )
 
     def _vibrates(self, level: float) -> bool:
         return level > 0 or self.second_level > 0
@@ -114,7 +118,9 @@ class PlatePair(PlateDriver):
         # Drivers do not report a fault twice.
         for plate in (self.first, self.second):
             if self._opened and plate.output is not Output.OFF:
-                raise ConnectionLost(f"plate '{plate.name}' did not confirm that it is off")
+                raise ConnectionLost(
+                    "plate '{plate_name}' did not confirm that it is off", plate_name=plate.name
+                )
 
     def _close(self) -> None:
         self._both(lambda plate: plate.close())
@@ -149,8 +155,10 @@ def pair_of(spec: str) -> tuple[str, str]:
     specs = parts(spec)
     if len(specs) != 2 or not all(specs):  # noqa: PLR2004 - a pair
         raise UserError(
-            f"plate '{spec}': expected two SPECs separated by {SPLIT}, such as "
-            f"pair:serial:PORT{SPLIT}daq:CHANNEL"
+            "plate '{spec}': expected two SPECs separated by {split}, such as "
+            "pair:serial:PORT{split}daq:CHANNEL",
+            spec=spec,
+            split=SPLIT,
         )
     return specs[0], specs[1]
 

@@ -39,7 +39,9 @@ def check_device(plate: Checked, identity: PlateIdentity, *, wanted: str) -> tup
     """
     if wanted and identity.serial != wanted and not plate.simulated:
         raise WrongDevice(
-            f"the plate file is for device '{wanted}', but this is '{identity.serial}'"
+            "the plate file is for device '{wanted}', but this is '{serial}'",
+            wanted=wanted,
+            serial=identity.serial,
         )
     if plate.calibration is None:
         return ()

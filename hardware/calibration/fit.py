@@ -50,7 +50,11 @@ def fit_resonance(points: Sequence[Point]) -> Peak:
         resonance or no peak.
     """
     if len(points) < FEWEST_POINTS:
-        raise UserError(f"frequency sweep: {len(points)} points, expected {FEWEST_POINTS} or more")
+        raise UserError(
+            "frequency sweep: {count} points, expected {fewest_points} or more",
+            count=len(points),
+            fewest_points=FEWEST_POINTS,
+        )
     frequency_hz = np.array([each.frequency_hz for each in points])
     voltage_v = np.array([each.voltage_v for each in points])
     if np.any(voltage_v == 0):
@@ -71,8 +75,9 @@ def fit_resonance(points: Sequence[Point]) -> Peak:
     inside = frequency_hz.min() < resonance_hz < frequency_hz.max()
     if not (inside and height > 0 and np.all(np.isfinite(covariance))):
         raise UserError(
-            f"frequency sweep: no peak between {frequency_hz.min():g} and "
-            f"{frequency_hz.max():g} Hz; sweep around the resonance"
+            "frequency sweep: no peak between {min:g} and {max:g} Hz; sweep around the resonance",
+            min=frequency_hz.min(),
+            max=frequency_hz.max(),
         )
     explained = 1 - np.var(per_volt - response(frequency_hz, *best)) / np.var(per_volt)
     if explained < EXPLAINED_MIN:
@@ -100,7 +105,11 @@ def fit_gain(points: Sequence[Point]) -> Gain:
         If there are too few points, or if the plate does not respond.
     """
     if len(points) < FEWEST_POINTS:
-        raise UserError(f"voltage sweep: {len(points)} points, expected {FEWEST_POINTS} or more")
+        raise UserError(
+            "voltage sweep: {count} points, expected {fewest_points} or more",
+            count=len(points),
+            fewest_points=FEWEST_POINTS,
+        )
     voltage_v = np.array([each.voltage_v for each in points])
     amplitude_um = np.array([each.amplitude_um_pp for each in points])
     if not voltage_v @ amplitude_um > 0:

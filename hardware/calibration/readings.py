@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from pydantic import ValidationError
 
 from slipscale.faults import UserError
+from slipscale.faults.message import Message
 from slipscale.faults.validation import in_words
 from slipscale.hardware.calibration.record import Point
 
@@ -59,13 +60,22 @@ class Trace:
             )
         if frequency_hz * step_s * SAMPLES_PER_PERIOD_MIN > 1:
             raise ValueError(
-                f"the samples are {step_s:.3g} s apart; expected at least "
-                f"{SAMPLES_PER_PERIOD_MIN:g} samples per period of {frequency_hz:g} Hz, "
-                "with times in seconds"
+                Message(
+                    "the samples are {step_s:.3g} s apart; expected at least "
+                    "{samples_per_period_min:g} samples per period of {frequency_hz:g} Hz, with "
+                    "times in seconds",
+                    step_s=step_s,
+                    samples_per_period_min=SAMPLES_PER_PERIOD_MIN,
+                    frequency_hz=frequency_hz,
+                )
             )
         if frequency_hz * step_s * self.times_s.size < PERIODS_MIN:
             raise ValueError(
-                f"the trace is shorter than {PERIODS_MIN:g} periods of {frequency_hz:g} Hz"
+                Message(
+                    "the trace is shorter than {periods_min:g} periods of {frequency_hz:g} Hz",
+                    periods_min=PERIODS_MIN,
+                    frequency_hz=frequency_hz,
+                )
             )
         phase = 2 * np.pi * frequency_hz * (self.times_s - self.times_s[0])
         terms = np.column_stack([np.cos(phase), np.sin(phase), np.ones_like(phase)])
@@ -105,7 +115,9 @@ def read_trace(path: Path) -> Trace:
     pairs = []
     for number, pair in samples:
         if pair is None:
-            raise ValueError(f"line {number} does not end with a time and a voltage")
+            raise ValueError(
+                Message("line {number} does not end with a time and a voltage", number=number)
+            )
         pairs.append(pair)
     times_s, volts_v = np.array(pairs).T
     return Trace(times_s=times_s, volts_v=volts_v)
@@ -136,7 +148,9 @@ def _number(reading: _Reading) -> float:
     except ValueError:
         value = math.nan
     if not (math.isfinite(value) and value >= 0):
-        raise ValueError(f"'{reading.text}', expected a number, 0 or more")
+        raise ValueError(
+            Message("'{reading_text}', expected a number, 0 or more", reading_text=reading.text)
+        )
     return value
 
 
@@ -152,7 +166,9 @@ def _of_a_trace(reading: _Reading) -> float:
     try:
         volts_v = read_trace(reading.folder / reading.text).amplitude_v_peak(reading.frequency_hz)
     except ValueError as error:
-        raise ValueError(f"'{reading.text}': {error}") from None
+        raise ValueError(
+            Message("'{reading_text}': {error}", reading_text=reading.text, error=error)
+        ) from None
     return um_pp_from_velocity(volts_v * reading.mm_s_per_v, reading.frequency_hz)
 
 
@@ -185,12 +201,14 @@ def read_points(path: Path, *, mm_s_per_v: float | None = None) -> tuple[Point, 
             table = csv.DictReader(file)
             rows, columns = list(table), table.fieldnames or ()
     except (OSError, UnicodeDecodeError) as error:
-        raise UserError(f"--csv {path}: cannot be read ({error})") from error
+        raise UserError("--csv {path}: cannot be read ({error})", path=path, error=error) from error
     quantities = [each for each in QUANTITIES if each in columns]
     if len(quantities) != 1:
         raise UserError(
-            f"--csv {path}: expected one of the columns {', '.join(QUANTITIES)}, got "
-            f"{' and '.join(quantities) or 'none of them'}"
+            "--csv {path}: expected one of the columns {quantities}, got {quantities_2}",
+            path=path,
+            quantities=", ".join(QUANTITIES),
+            quantities_2=" and ".join(quantities) or "none of them",
         )
     return tuple(
         _point(row, quantities[0], f"--csv {path}, line {line}", path.parent, mm_s_per_v)
@@ -213,6 +231,8 @@ def _point(
         )
         return Point.model_validate({**values, "amplitude_um_pp": QUANTITIES[column](reading)})
     except ValidationError as error:
-        raise UserError(f"{where}: {in_words(error)}") from error
+        raise UserError("{where}: {in_words}", where=where, in_words=in_words(error)) from error
     except ValueError as error:
-        raise UserError(f"{where}: {column} is {error}") from None
+        raise UserError(
+            "{where}: {column} is {error}", where=where, column=column, error=error
+        ) from None

@@ -17,6 +17,7 @@ from pydantic import Field, model_validator
 
 from slipscale.faults import UserError
 from slipscale.faults.frozen_table import FrozenTable
+from slipscale.faults.message import Message
 
 if TYPE_CHECKING:
     from slipscale.hardware.limits import PlateLimits
@@ -135,8 +136,12 @@ class Calibration(FrozenTable):
             apart_hz = abs(each.frequency_hz - self.resonance.frequency_hz)
             if each.sweep == "voltage" and not apart_hz <= half_width_hz / 2:
                 raise ValueError(
-                    f"a reading of the voltage sweep was made at {each.frequency_hz:g} Hz, "
-                    f"expected the resonance of {self.resonance.frequency_hz:g} Hz"
+                    Message(
+                        "a reading of the voltage sweep was made at {frequency_hz:g} Hz, "
+                        "expected the resonance of {resonance_frequency_hz:g} Hz",
+                        frequency_hz=each.frequency_hz,
+                        resonance_frequency_hz=self.resonance.frequency_hz,
+                    )
                 )
         return self
 
@@ -146,9 +151,12 @@ class Calibration(FrozenTable):
         made_with = self.gain.voltage_max_v / source_v if source_v else self.drive.amplifier_gain
         if not math.isclose(made_with, self.drive.amplifier_gain, rel_tol=1e-6):
             raise ValueError(
-                f"drive.amplifier_gain is {self.drive.amplifier_gain:g}, but the calibration "
-                f"was made with {made_with:g} (gain.voltage_max_v divided by "
-                "drive.source_max_v)"
+                Message(
+                    "drive.amplifier_gain is {amplifier_gain:g}, but the calibration was made "
+                    "with {made_with:g} (gain.voltage_max_v divided by drive.source_max_v)",
+                    amplifier_gain=self.drive.amplifier_gain,
+                    made_with=made_with,
+                )
             )
         return self
 
@@ -162,8 +170,13 @@ class Calibration(FrozenTable):
             # For extremely large numbers, the distance is NaN.
             if misfit > MISFIT or math.isnan(misfit):
                 raise ValueError(
-                    f"the readings of the {readings[0].sweep} sweep differ by {misfit:.0%} "
-                    f"from the fitted resonance and gain, expected at most {MISFIT:.0%}"
+                    Message(
+                        "the readings of the {sweep} sweep differ by {misfit:.0%} from the "
+                        "fitted resonance and gain, expected at most {misfit_2:.0%}",
+                        sweep=readings[0].sweep,
+                        misfit=misfit,
+                        misfit_2=MISFIT,
+                    )
                 )
         return self
 
@@ -211,8 +224,11 @@ class Calibration(FrozenTable):
         frequency_hz = self.resonance.frequency_hz
         if not limits.frequency_min_hz <= frequency_hz <= limits.frequency_max_hz:
             raise UserError(
-                f"calibration: the resonance of {frequency_hz:g} Hz is outside the plate's band, "
-                f"{limits.frequency_min_hz:g} to {limits.frequency_max_hz:g} Hz"
+                "calibration: the resonance of {frequency_hz:g} Hz is outside the plate's band, "
+                "{frequency_min_hz:g} to {frequency_max_hz:g} Hz",
+                frequency_hz=frequency_hz,
+                frequency_min_hz=limits.frequency_min_hz,
+                frequency_max_hz=limits.frequency_max_hz,
             )
         voltage_max_v = self.gain.voltage_max_v * self.drive.v_peak_per_volt
         return replace(
@@ -238,20 +254,26 @@ class Calibration(FrozenTable):
         made = self.made.date
         if made > today + timedelta(days=1):  # In another time zone, it may already be tomorrow.
             raise UserError(
-                f"calibration: its date, {made}, is after today ({today}); set this "
-                "computer's clock, or recalibrate"
+                "calibration: its date, {made}, is after today ({today}); set this computer's "
+                "clock, or recalibrate",
+                made=made,
+                today=today,
             )
         if (today - made).days > EXPIRED_DAYS:
             raise UserError(
-                f"calibration: it is {(today - made).days} days old, expected at most "
-                f"{EXPIRED_DAYS} days; recalibrate"
+                "calibration: it is {days} days old, expected at most {expired_days} days; "
+                "recalibrate",
+                days=(today - made).days,
+                expired_days=EXPIRED_DAYS,
             )
 
     def notes(self, today: date) -> tuple[str, ...]:
         """Return notes for the operator, such as a warning about an old calibration."""
         age_days = (today - self.made.date).days
         if age_days > OLD_DAYS:
-            return (f"the calibration is {age_days} days old; recalibrate",)
+            return (
+                Message("the calibration is {age_days} days old; recalibrate", age_days=age_days),
+            )
         return ()
 
     def summary(self) -> dict[str, object]:

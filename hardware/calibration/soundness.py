@@ -13,6 +13,8 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from slipscale.faults.message import Message
+
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
@@ -182,9 +184,15 @@ def changed(calibration: Calibration, before: Calibration) -> str:
     if 1 / (1 + CHANGED) <= ratio <= 1 + CHANGED:
         return ""
     why = mistake(ratio, calibration.drive.amplifier_gain)
-    guess = f"; a possible cause of this factor of {ratio:.3g}: {why}" if why else ""
-    return (
-        f"the gain is {calibration.um_pp_per_v_peak:.4g} µm p-p per V peak, but "
-        f"{before.um_pp_per_v_peak:.4g} in the plate's last calibration "
-        f"({before.made.date}){guess}"
+    guess = ""
+    if why:
+        cause = "; a possible cause of this factor of {ratio:.3g}: {why}"
+        guess = Message(cause, ratio=ratio, why=why)
+    return Message(
+        "the gain is {um_pp_per_v_peak:.4g} µm p-p per V peak, but "
+        "{before_um_pp_per_v_peak:.4g} in the plate's last calibration ({date}){guess}",
+        um_pp_per_v_peak=calibration.um_pp_per_v_peak,
+        before_um_pp_per_v_peak=before.um_pp_per_v_peak,
+        date=before.made.date,
+        guess=guess,
     )

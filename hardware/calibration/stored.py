@@ -31,9 +31,11 @@ def read_calibration(path: Path) -> Calibration:
     calibration = Calibration.model_validate(signed.model_dump(exclude={CHECKSUM}))
     if signed.sha256 != record.checksum(calibration):
         raise UserError(
-            f"calibration '{path}' was changed after it was written: its {CHECKSUM} is missing or "
+            "calibration '{path}' was changed after it was written: its {checksum} is missing or "
             "does not match its content; fit the readings again with slipscale plate calibrate "
-            "--csv"
+            "--csv",
+            path=path,
+            checksum=CHECKSUM,
         )
     _require_refit(calibration, path)
     return calibration
@@ -50,7 +52,12 @@ def _require_refit(calibration: Calibration, path: Path) -> None:
             values, refitted = getattr(stored, name), getattr(found, name)
             if not math.isclose(values, refitted, rel_tol=REFITTED, abs_tol=1e-9):
                 raise UserError(
-                    f"calibration '{path}': {table}.{name} is {values:g}, but the stored readings "
-                    f"give {refitted:g}; restore the file, or fit the readings again with "
-                    "slipscale plate calibrate --csv"
+                    "calibration '{path}': {table}.{name} is {values:g}, but the stored readings "
+                    "give {refitted:g}; restore the file, or fit the readings again with "
+                    "slipscale plate calibrate --csv",
+                    path=path,
+                    table=table,
+                    name=name,
+                    values=values,
+                    refitted=refitted,
                 )

@@ -135,7 +135,7 @@ def calibration_from(
             points=tuple(points),
         )
     except ValidationError as error:
-        raise UserError(f"calibration: {in_words(error)}") from error
+        raise UserError("calibration: {in_words}", in_words=in_words(error)) from error
     if faults := unsound(calibration):
-        raise UserError(f"calibration: {'; '.join(faults)}")
+        raise UserError("calibration: {faults}", faults="; ".join(faults))
     return calibration

@@ -204,7 +204,9 @@ def run(arguments: Namespace) -> int:
             write_calibration(calibration, arguments.out)
             save(draw(calibration), picture)
     except OSError as error:
-        raise UserError(f"--out {arguments.out}: {error.strerror}") from error
+        raise UserError(
+            "--out {out}: {reason}", out=arguments.out, reason=error.strerror
+        ) from error
     written = "nothing" if arguments.measure_only else f"{arguments.out} and {picture}"
     resonance, gain = calibration.resonance, calibration.gain
     print(
@@ -228,25 +230,31 @@ def _check_plausible(calibration: Calibration, plate: PlateDriver, *, changed_pl
         faults += filter(None, [changed(calibration, plate.calibration)])
     if faults:
         raise UserError(
-            f"calibration: {'; '.join(faults)}. Check the unit of the readings, peak or peak "
-            "to peak, and the amplifier's gain; nothing was written. If the plate was "
-            "changed, add --changed-plate, or set other bounds under [expected] in its plate "
-            "file"
+            "calibration: {faults}. Check the unit of the readings, peak or peak to peak, and "
+            "the amplifier's gain; nothing was written. If the plate was changed, add "
+            "--changed-plate, or set other bounds under [expected] in its plate file",
+            faults="; ".join(faults),
         )
 
 
 def _check_out(path: Path) -> None:
     """Raise `UserError` unless the calibration and its plot can be written as new files."""
     if path.suffix != ".toml":
-        raise UserError(f"--out {path}: expected the name of a new TOML file, such as plate.toml")
+        raise UserError(
+            "--out {path}: expected the name of a new TOML file, such as plate.toml", path=path
+        )
     for each in (path, path.with_suffix(".png")):
         if each.exists():
             raise UserError(
-                f"--out {path}: {each.name} already exists, and data may depend on it; expected "
-                "the name of a new file"
+                "--out {path}: {each_name} already exists, and data may depend on it; expected "
+                "the name of a new file",
+                path=path,
+                each_name=each.name,
             )
     if not (path.parent.is_dir() and os.access(path.parent, os.W_OK)):
-        raise UserError(f"--out {path}: expected a writable folder, got {path.parent}")
+        raise UserError(
+            "--out {path}: expected a writable folder, got {parent}", path=path, parent=path.parent
+        )
 
 
 def _open(arguments: Namespace) -> PlateDriver:
@@ -263,9 +271,12 @@ def _agreed_gain(plate: PlateDriver, given: float | None) -> float:
     """Return the driver's gain; raise `UserError` if ``given`` differs from it."""
     if given is not None and not math.isclose(given, plate.amplifier_gain):
         raise UserError(
-            f"--amplifier-gain {given:g}: plate '{plate.name}' has a gain of "
-            f"{plate.amplifier_gain:g}; set the gain only in the plate's "
-            "SPEC (scpi:RESOURCE,gain=...); the calibration file uses the same gain"
+            "--amplifier-gain {given:g}: plate '{plate_name}' has a gain of {amplifier_gain:g}; "
+            "set the gain only in the plate's SPEC (scpi:RESOURCE,gain=...); the calibration "
+            "file uses the same gain",
+            given=given,
+            plate_name=plate.name,
+            amplifier_gain=plate.amplifier_gain,
         )
     return plate.amplifier_gain
 
@@ -275,8 +286,10 @@ def _plate_serial(plate: PlateDriver, given: str) -> str:
     filed = plate.plate_file.identity.serial if plate.plate_file else ""
     if given and filed and given != filed:
         raise UserError(
-            f"--plate-serial {given}: the plate file has serial number '{filed}'; correct one "
-            "of them"
+            "--plate-serial {given}: the plate file has serial number '{filed}'; correct one of "
+            "them",
+            given=given,
+            filed=filed,
         )
     return given or filed
 
@@ -335,7 +348,8 @@ def measured(plate: PlateDriver, readback: Readback) -> float:
     """Return the amplitude measured by the plate itself, in µm p-p."""
     if readback.kind != "measured" or readback.level is None:
         raise UserError(
-            f"plate '{plate.name}' does not measure its vibration; use --prompt or --csv"
+            "plate '{plate_name}' does not measure its vibration; use --prompt or --csv",
+            plate_name=plate.name,
         )
     return readback.level
 

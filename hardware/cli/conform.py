@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 from argparse import ArgumentParser, Namespace
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, suppress
@@ -10,6 +11,7 @@ from dataclasses import asdict
 from typing import TYPE_CHECKING
 
 from slipscale.faults import ANSWER_IS_NO, DONE, UserError
+from slipscale.faults.message import AS_DATA, output
 
 if TYPE_CHECKING:
     from slipscale.hardware.conformance.bench import Bench
@@ -106,7 +108,10 @@ def _told(verdicts: Iterable[Verdict], *, as_json: bool) -> int:
     lines = []
     for verdict in verdicts:
         lines.append(verdict)
-        if not as_json:
+        if AS_DATA in os.environ:
+            texts = output(verdict.rule), output(verdict.detail)
+            print(json.dumps([verdict.outcome, *texts]), flush=True)
+        elif not as_json:
             detail = f": {verdict.detail}" if verdict.detail else ""
             print(f"{verdict.outcome:<15} {verdict.rule}{detail}", flush=True)
     departs = sum(each.outcome == "departs" for each in lines)

@@ -66,8 +66,10 @@ def run(arguments: Namespace) -> int:
     scale_level, quantity = plate.limits.level, plate.limits.quantity
     if not 0 <= arguments.amplitude <= scale_level:
         raise UserError(
-            f"--amplitude: {arguments.amplitude:g}, expected 0 to {scale_level:g} "
-            f"{quantity.unit_in_full}"
+            "--amplitude: {amplitude:g}, expected 0 to {scale_level:g} {unit_in_full}",
+            amplitude=arguments.amplitude,
+            scale_level=scale_level,
+            unit_in_full=quantity.unit_in_full,
         )
     with silent_on_signals(plate), plate:
         plate.present(VirtualSurface(level=arguments.amplitude))

@@ -10,6 +10,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import NoReturn
 
+from slipscale.faults.message import Message
 from slipscale.hardware.backends.serial_board import protocol as wire
 from slipscale.hardware.backends.serial_board.link import Line
 from slipscale.hardware.clock import Clock
@@ -74,7 +75,7 @@ class Bench:
         try:
             self.limits = wire.parse_limits(self.ask("LIM?"))
         except ValueError as error:
-            raise Departure(f"LIM?: {error}") from error
+            raise Departure(Message("LIM?: {error}", error=error)) from error
 
     def frame(self, body: str, sequence: int | None = None) -> bytes:
         """Encode a command with the given or the next sequence number."""
@@ -112,7 +113,10 @@ class Bench:
     def expect_silence(self, data: bytes, why: str) -> None:
         """Send bytes, and check that the board does not answer."""
         if lines := self.answers_to(data):
-            differs(f"no answer to {why}, {_shown(data)}", _shown(lines[0]))
+            differs(
+                Message("no answer to {why}, {shown}", why=why, shown=_shown(data)),
+                _shown(lines[0]),
+            )
 
     def reply_to(self, data: bytes, what: str | None = None) -> wire.BoardReply:
         """Send bytes that contain one correct frame, and return the answer to this frame."""
@@ -120,7 +124,9 @@ class Bench:
         lines = self.answers_to(data, at_most=1)
         reply = wire.parse_reply(lines[0]) if lines else None
         if reply is None:
-            differs(f"an answer to {what}", _shown(lines[0]) if lines else "none")
+            differs(
+                Message("an answer to {what}", what=what), _shown(lines[0]) if lines else "none"
+            )
         return reply
 
     def run(self, body: str) -> wire.BoardReply:
@@ -128,7 +134,12 @@ class Bench:
         frame = self.frame(body)
         reply = self.reply_to(frame, f"'{body}'")
         if reply.sequence != self._sequence:
-            differs(f"SEQ {self._sequence} in the answer to '{body}'", str(reply.sequence))
+            differs(
+                Message(
+                    "SEQ {sequence} in the answer to '{body}'", sequence=self._sequence, body=body
+                ),
+                str(reply.sequence),
+            )
         return reply
 
     def ask(self, body: str) -> str:
@@ -140,9 +151,14 @@ class Bench:
         """Send a command, and check the code and any error text in the answer."""
         reply = self.run(body)
         if reply.code != code:
-            differs(f"code {code} for '{body}'", str(reply.code))
+            differs(Message("code {code} for '{body}'", code=code, body=body), str(reply.code))
         if code != wire.OK and reply.value != wire.MEANINGS[code]:
-            differs(f"the text '{wire.MEANINGS[code]}' for '{body}'", f"'{reply.value}'")
+            differs(
+                Message(
+                    "the text '{meanings}' for '{body}'", meanings=wire.MEANINGS[code], body=body
+                ),
+                f"'{reply.value}'",
+            )
         self._value = reply.value
 
     def status(self) -> wire.BoardStatus:
@@ -177,10 +193,17 @@ class Bench:
         end_s = self._clock.now() + SETTLING_S
         while (status := self.status()).state == "RAMP":
             if self._clock.now() > end_s:
-                differs(f"{state} within {SETTLING_S:g} s of AMPL", "RAMP")
+                differs(
+                    Message(
+                        "{state} within {settling_s:g} s of AMPL",
+                        state=state,
+                        settling_s=SETTLING_S,
+                    ),
+                    "RAMP",
+                )
             self._clock.sleep(0.005)
         if status.state != state:
-            differs(f"{state} after the ramp", status.state)
+            differs(Message("{state} after the ramp", state=state), status.state)
         return status
 
     @property
@@ -196,7 +219,7 @@ class Bench:
         try:
             return wire.parse_list_limits(reply.value)
         except ValueError as error:
-            raise Departure(f"LIST:LIM?: {error}") from error
+            raise Departure(Message("LIST:LIM?: {error}", error=error)) from error
 
     def expect_unchanged(self, body: str, status: wire.BoardStatus) -> None:
         """Check that a command did not change the status of the plate."""
@@ -206,12 +229,15 @@ class Bench:
             frequency_hz=status.frequency_hz, voltage_v=status.voltage_v,
         )  # fmt: skip
         if unchanged != status:
-            differs(f"an unchanged plate after '{body}' was refused", wire.format_status(now))
+            differs(
+                Message("an unchanged plate after '{body}' was refused", body=body),
+                wire.format_status(now),
+            )
 
 
 def differs(expected: str, got: str) -> NoReturn:
     """Raise a `Departure` that reports the expected and the received answer."""
-    raise Departure(f"expected {expected}; got {got}")
+    raise Departure(Message("expected {expected}; got {got}", expected=expected, got=got))
 
 
 def _shown(data: bytes) -> str:

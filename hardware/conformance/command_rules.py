@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+from slipscale.faults.message import Message
 from slipscale.hardware.backends.serial_board import protocol as wire
 from slipscale.hardware.conformance.bench import Bench, differs
 
@@ -116,7 +117,7 @@ def _reset_forgets_errors(bench: Bench) -> None:
 def _expect_error(bench: Bench, code: int) -> None:
     error, expected = bench.ask("SYST:ERR?"), f'{code},"{wire.MEANINGS[code]}"'
     if error != expected:
-        differs(f"the error {expected}", error)
+        differs(Message("the error {expected}", expected=expected), error)
 
 
 RULES: tuple[tuple[str, Callable[[Bench], None]], ...] = (

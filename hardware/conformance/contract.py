@@ -13,6 +13,7 @@ from statistics import median
 from typing import get_args
 
 from slipscale.faults import UserError
+from slipscale.faults.message import Message
 from slipscale.hardware.clock import Clock
 from slipscale.hardware.conformance.bench import Departure, NotApplicable, differs
 from slipscale.hardware.conformance.table import Verdict
@@ -65,7 +66,10 @@ def _presents(rig: Rig) -> None:
             if made.commanded_level != surface.level:
                 differs(f"commanded {surface.level:g}", f"{made.commanded_level:g}")
             if made.readback.kind not in get_args(ReadbackKind):
-                differs(f"a readback of kind {get_args(ReadbackKind)}", made.readback.kind)
+                differs(
+                    Message("a readback of kind {get_args}", get_args=get_args(ReadbackKind)),
+                    made.readback.kind,
+                )
             _expect_output(plate, Output.MAY_BE_ON, "present")
             rig.clock.sleep(STEADY_S)
             readback = plate.read_back()
@@ -77,8 +81,11 @@ def _readback_proves(rig: Rig) -> None:
         readback = plate.present(rig.surface(0.5)).readback
         if readback.kind not in PROVING or readback.level is None:
             raise NotApplicable(
-                f"the readback is of kind '{readback.kind}', which cannot reveal a wrong "
-                "amplitude; measure with a vibrometer"
+                Message(
+                    "the readback is of kind '{readback_kind}', which cannot reveal a wrong "
+                    "amplitude; measure with a vibrometer",
+                    readback_kind=readback.kind,
+                )
             )
 
 
@@ -100,7 +107,10 @@ def _limits_leave_it(rig: Rig) -> None:
             except (OverLimit, UserError):
                 pass
             else:
-                differs(f"{plate.limits.quantity.short(wrong)} to be refused", "a presentation")
+                differs(
+                    Message("{wrong} to be refused", wrong=plate.limits.quantity.short(wrong)),
+                    "a presentation",
+                )
         _expect_output(plate, Output.MAY_BE_ON, "a refused command")
         if before.kind in PROVING:
             plate.confirm(rig.surface(0.5).level, plate.read_back())
@@ -142,7 +152,9 @@ def _closed_is_told(rig: Rig) -> None:
             command()
         except PlateFault:
             continue
-        differs(f"a PlateFault from {name} if the plate is not connected", "none")
+        differs(
+            Message("a PlateFault from {name} if the plate is not connected", name=name), "none"
+        )
 
 
 def _reconnects(rig: Rig) -> None:
@@ -161,7 +173,8 @@ def _check_is_cheap(rig: Rig) -> None:
             took_s.append(rig.clock.now() - begun_s)
         if median(took_s) > CHEAP_S:
             differs(
-                f"check() to take at most {1000 * CHEAP_S:g} ms", f"{1000 * median(took_s):.1f} ms"
+                Message("check() to take at most {given:g} ms", given=1000 * CHEAP_S),
+                f"{1000 * median(took_s):.1f} ms",
             )
 
 
@@ -179,14 +192,19 @@ def _follows(rig: Rig) -> None:
 
 def _expect_output(plate: PlateDriver, due: Output, after: str) -> None:
     if plate.output is not due:
-        differs(f"the output to be {due} after {after}", str(plate.output))
+        differs(
+            Message("the output to be {due} after {after}", due=due, after=after), str(plate.output)
+        )
 
 
 def _expect_off(readback: Readback, after: str) -> None:
     if readback.voltage_v_peak:
-        differs(f"0 V after {after}", f"{readback.voltage_v_peak:g} V")
+        differs(Message("0 V after {after}", after=after), f"{readback.voltage_v_peak:g} V")
     if readback.kind == "applied" and readback.level:
-        differs(f"an amplitude of 0 in the readback after {after}", f"{readback.level:g}")
+        differs(
+            Message("an amplitude of 0 in the readback after {after}", after=after),
+            f"{readback.level:g}",
+        )
 
 
 RULES: tuple[tuple[str, Callable[[Rig], None]], ...] = (
@@ -215,7 +233,11 @@ def examine_backend(rig: Rig) -> Iterator[Verdict]:
         except (Departure, PlateFault, UserError) as departure:
             yield Verdict(rule=rule, outcome="departs", detail=str(departure))
         except Exception as error:  # noqa: BLE001 - a plug-in may raise anything, which departs
-            detail = f"expected a PlateFault or a UserError; got {type(error).__name__}: {error}"
+            detail = Message(
+                "expected a PlateFault or a UserError; got {name}: {error}",
+                name=type(error).__name__,
+                error=error,
+            )
             yield Verdict(rule=rule, outcome="departs", detail=detail)
         else:
             yield Verdict(rule=rule, outcome="conforms")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+from slipscale.faults.message import Message
 from slipscale.hardware.backends.serial_board import protocol as wire
 from slipscale.hardware.conformance.bench import Bench, differs
 
@@ -16,7 +17,10 @@ def _plain_identity(bench: Bench) -> None:
     framed = bench.ask("*IDN?")
     fields = framed.split(",")
     if len(fields) != IDENTITY_FIELDS or fields[1] != wire.PROTOCOL:
-        differs(f"four fields, of which the second is {wire.PROTOCOL}", f"'{framed}'")
+        differs(
+            Message("four fields, of which the second is {protocol}", protocol=wire.PROTOCOL),
+            f"'{framed}'",
+        )
     lines = bench.answers_to(b"*IDN?\n", at_most=1) + bench.answers_to(b"")
     if lines != [framed.encode("ascii") + b"\r"]:
         differs(
@@ -38,7 +42,14 @@ def _answers_fit_their_line(bench: Bench) -> None:
         lengths = [len(line) for line in lines]
         if not lines or not 0 < min(lengths) <= max(lengths) <= wire.LONGEST_LINE:
             got = ", ".join(map(str, lengths)) or "none"
-            differs(f"an answer to {body} of at most {wire.LONGEST_LINE} bytes", got)
+            differs(
+                Message(
+                    "an answer to {body} of at most {longest_line} bytes",
+                    body=body,
+                    longest_line=wire.LONGEST_LINE,
+                ),
+                got,
+            )
 
 
 def _wrong_checksum(bench: Bench) -> None:
@@ -127,13 +138,22 @@ def _repetition_after_other_lines(bench: Bench) -> None:
         first = bench.answers_to(frame, at_most=1)
         got = len(bench.answers_to(between, at_most=answers or None))
         if got != answers:
-            differs(f"{answers} answers to {between[:SHORT]!r}", str(got))
+            differs(
+                Message(
+                    "{answers} answers to {between}", answers=answers, between=repr(between[:SHORT])
+                ),
+                str(got),
+            )
         if between.endswith(b"x"):
             bench.expect_silence(b"\n", "a line of 200 bytes")
         again = bench.answers_to(frame, at_most=1)
         if again != first:
             differs(
-                f"the same answer {first} when the frame is repeated after {between[:SHORT]!r}",
+                Message(
+                    "the same answer {first} when the frame is repeated after {between}",
+                    first=first,
+                    between=repr(between[:SHORT]),
+                ),
                 repr(again),
             )
 
@@ -195,14 +215,21 @@ def _expect_same(bench: Bench, frame: bytes, between: bytes) -> None:
     for _ in range(2):
         again = bench.answers_to(frame, at_most=1)
         if again != first:
-            differs(f"the same answer {first} when the frame is repeated", repr(again))
+            differs(
+                Message("the same answer {first} when the frame is repeated", first=first),
+                repr(again),
+            )
 
 
 def _expect_left(bench: Bench, error: str) -> None:
     left = bench.ask("SYST:ERR?")
     if left != error:
         differs(
-            f"{error} as the next error, because a repeated command is executed only once", left
+            Message(
+                "{error} as the next error, because a repeated command is executed only once",
+                error=error,
+            ),
+            left,
         )
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+from slipscale.faults.message import Message
 from slipscale.hardware.backends.serial_board import protocol as wire
 from slipscale.hardware.conformance.bench import Bench, differs
 from slipscale.hardware.limits import PlateLimits
@@ -46,7 +47,7 @@ def _refused_changes_nothing(bench: Bench) -> None:
     status = bench.settle(bench.some_level)
     for body in ("AMPL 9999999", "AMPL nan", "AMPL", "FOO", "OUTP ON", "DRIV 1,1"):
         if bench.run(body).code == wire.OK:
-            differs(f"'{body}' to be refused", "code 0")
+            differs(Message("'{body}' to be refused", body=body), "code 0")
         bench.expect_unchanged(body, status)
 
 
@@ -103,7 +104,12 @@ def _open_loop(bench: Bench) -> None:
         or status.target_level
     ):
         differs(
-            f"TARGET 0, {frequency_hz:.1f} Hz and {voltage_v:.3f} V", wire.format_status(status)
+            Message(
+                "TARGET 0, {frequency_hz:.1f} Hz and {voltage_v:.3f} V",
+                frequency_hz=frequency_hz,
+                voltage_v=voltage_v,
+            ),
+            wire.format_status(status),
         )
     bench.settle(bench.some_level)
     bench.ask(f"DRIV {frequency_hz:.1f},{voltage_v:.3f}")
@@ -113,7 +119,10 @@ def _open_loop(bench: Bench) -> None:
 def _list_limits(bench: Bench) -> None:
     lists = bench.lists()
     if lists.points < POINTS_NEEDED:
-        differs(f"room for at least {POINTS_NEEDED} amplitudes", str(lists.points))
+        differs(
+            Message("room for at least {points_needed} amplitudes", points_needed=POINTS_NEEDED),
+            str(lists.points),
+        )
 
 
 def _list_is_filled(bench: Bench) -> None:
@@ -172,7 +181,9 @@ def _list_plays(bench: Bench) -> None:
     status = bench.expect_state("LIST")
     if abs(status.target_level - bench.some_level) > 1e-4:  # noqa: PLR2004 - its last decimal
         differs(
-            f"TARGET {bench.some_level:g}, the mean of the amplitude list",
+            Message(
+                "TARGET {some_level:g}, the mean of the amplitude list", some_level=bench.some_level
+            ),
             f"{status.target_level:g}",
         )
     bench.expect_code("LIST:AMPL 1,0.1", wire.SETTINGS_CONFLICT)

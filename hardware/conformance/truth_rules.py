@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+from slipscale.faults.message import Message
 from slipscale.hardware.backends.serial_board import protocol as wire
 from slipscale.hardware.conformance.bench import Bench, NotApplicable, differs
 
@@ -44,12 +45,14 @@ def expect_silent(bench: Bench, after: str) -> None:
     bench.wait(RANG_DOWN_S)
     status = bench.status()
     if status.voltage_v:
-        differs(f"VOLTAGE 0 after {after}", f"{status.voltage_v:g}")
+        differs(Message("VOLTAGE 0 after {after}", after=after), f"{status.voltage_v:g}")
     if status.level is None:
         return
     left_level = mean_level(bench)
     if left_level > max(SILENT_SHARE * bench.some_level, SILENT_OF_LARGEST * bench.limits.level):
-        differs(f"a plate at rest after {after}", f"{left_level:.3f} {bench.unit}")
+        differs(
+            Message("a plate at rest after {after}", after=after), f"{left_level:.3f} {bench.unit}"
+        )
 
 
 def expect_held(bench: Bench, level: float) -> None:
@@ -57,7 +60,11 @@ def expect_held(bench: Bench, level: float) -> None:
     held_level = mean_level(bench)
     if abs(held_level - level) > max(BAND * level, BAND_OF_LARGEST * bench.limits.level):
         differs(
-            f"a mean amplitude of {level:g} {bench.unit} in state HOLD, within 2.5 %",
+            Message(
+                "a mean amplitude of {level:g} {unit} in state HOLD, within 2.5 %",
+                level=level,
+                unit=bench.unit,
+            ),
             f"{held_level:.3f}",
         )
 
@@ -122,8 +129,12 @@ def _ramps(bench: Bench) -> None:
     rising_v = bench.status().voltage_v
     if rising_v > RAMP_SHARE * settled_v:
         differs(
-            f"less than {RAMP_SHARE:.0%} of the settled {settled_v:.3f} V directly after AMPL",
-            f"{rising_v:.3f} V: a step",
+            Message(
+                "less than {ramp_share:.0%} of the settled {settled_v:.3f} V directly after AMPL",
+                ramp_share=RAMP_SHARE,
+                settled_v=settled_v,
+            ),
+            Message("{rising_v:.3f} V: a step", rising_v=rising_v),
         )
     bench.wait_for("HOLD")
     bench.ask("AMPL 0")
@@ -140,7 +151,11 @@ def _open_loop_is_true(bench: Bench) -> None:
         AGREES * bench.some_level, SILENT_OF_LARGEST * bench.limits.level
     ):
         differs(
-            f"{bench.some_level:g} {bench.unit} at the frequency and voltage reported in HOLD",
+            Message(
+                "{some_level:g} {unit} at the frequency and voltage reported in HOLD",
+                some_level=bench.some_level,
+                unit=bench.unit,
+            ),
             f"{same_level:.3f}",
         )
     _drive(bench, held.frequency_hz, held.voltage_v / 2)
@@ -148,12 +163,22 @@ def _open_loop_is_true(bench: Bench) -> None:
     if abs(half_level - same_level / 2) > max(
         AGREES * same_level, SILENT_OF_LARGEST * bench.limits.level
     ):
-        differs(f"{same_level / 2:.3f} {bench.unit} with half the voltage", f"{half_level:.3f}")
+        differs(
+            Message(
+                "{same_level:.3f} {unit} with half the voltage",
+                same_level=same_level / 2,
+                unit=bench.unit,
+            ),
+            f"{half_level:.3f}",
+        )
     away_hz = bench.limits.frequency_max_hz
     _drive(bench, away_hz, held.voltage_v / 2)
     away_level = mean_level(bench)
     if away_level > half_level / 2:
-        differs(f"less than half of this amplitude at {away_hz:g} Hz", f"{away_level:.3f}")
+        differs(
+            Message("less than half of this amplitude at {away_hz:g} Hz", away_hz=away_hz),
+            f"{away_level:.3f}",
+        )
 
 
 def _list_reaches_its_largest(bench: Bench) -> None:
@@ -165,7 +190,10 @@ def _list_reaches_its_largest(bench: Bench) -> None:
         due_v = held.voltage_v * max(shares)
         got_v = bench.expect_state("LIST").voltage_v
         if abs(got_v - due_v) > AGREES * due_v:
-            differs(f"{due_v:.3f} V at the largest amplitude of the list", f"{got_v:.3f} V")
+            differs(
+                Message("{due_v:.3f} V at the largest amplitude of the list", due_v=due_v),
+                f"{got_v:.3f} V",
+            )
 
 
 def _list_keeps_time(bench: Bench) -> None:
@@ -178,14 +206,23 @@ def _list_keeps_time(bench: Bench) -> None:
         bench.ask(f"AMPL {due_level:.4f}")
         got_v, due_v = bench.status().voltage_v, held.voltage_v * share
         if abs(got_v - due_v) > PROBE_AGREES * held.voltage_v:
-            differs(f"{due_v:.3f} V {probe_s * 1000:.0f} ms after LIST:PLAY", f"{got_v:.3f} V")
+            differs(
+                Message(
+                    "{due_v:.3f} V {probe_s:.0f} ms after LIST:PLAY",
+                    due_v=due_v,
+                    probe_s=probe_s * 1000,
+                ),
+                f"{got_v:.3f} V",
+            )
 
 
 def _on_time(bench: Bench) -> None:
     if not bench.long:
         raise NotApplicable(
-            f"this check takes {bench.limits.on_time_s:g} s; run it with slipscale plate conform "
-            "SPEC --long"
+            Message(
+                "this check takes {on_time_s:g} s; run it with slipscale plate conform SPEC --long",
+                on_time_s=bench.limits.on_time_s,
+            )
         )
     bench.settle(bench.some_level)
     bench.wait(bench.limits.on_time_s + LONG_LATE_S)

@@ -86,7 +86,7 @@ class DaqForces(ContactSource):
             )
             self._task.start()
         except self._library.errors.Error as error:
-            raise SensorFault(f"daq: {_first_line(error)}") from error
+            raise SensorFault("daq: {first_line}", first_line=_first_line(error)) from error
         for _ in range(FIRST_TRIES):
             if self.take():
                 return
@@ -109,7 +109,7 @@ class DaqForces(ContactSource):
             )
         except self._library.errors.Error as error:
             self._lost = True
-            raise SensorFault(f"daq: {_first_line(error)}") from error
+            raise SensorFault("daq: {first_line}", first_line=_first_line(error)) from error
         now_s, count = self._clock.now(), len(volts[0])
         forces = [
             [
@@ -143,5 +143,9 @@ def open_force(address: str, surroundings: Surroundings) -> ContactSource:
     _, options = addresses.split_address(address, OPTIONS, what="--force daq")
     needed = [key for name in NAMES for key in (name, f"{name}_scale")]
     if missing := [key for key in needed if key not in options]:
-        raise UserError(f"--force 'daq:{address}': also requires {', '.join(missing)}")
+        raise UserError(
+            "--force 'daq:{address}': also requires {missing}",
+            address=address,
+            missing=", ".join(missing),
+        )
     return DaqForces(surroundings, options)

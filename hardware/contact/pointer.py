@@ -85,8 +85,9 @@ def open_position(address: str, surroundings: Surroundings) -> ContactSource:
     _, options = addresses.split_address(address, OPTIONS, what="--position mouse")
     if "mm_per_pixel" not in options:
         raise UserError(
-            f"--position 'mouse:{address}': expected mm_per_pixel=..., the measured finger "
-            "movement per pixel"
+            "--position 'mouse:{address}': expected mm_per_pixel=..., the measured finger "
+            "movement per pixel",
+            address=address,
         )
     return WindowPointer(
         surroundings,

@@ -34,6 +34,12 @@ def open_source(kind: Kind, spec: str, surroundings: Surroundings) -> ContactSou
     found = {point.name: point for point in entry_points(group=GROUPS[kind])}
     if name not in found:
         known = ", ".join([*sorted(found), NONE])
-        raise UserError(f"--{kind} '{spec}': unknown source '{name}'; expected one of {known}")
+        raise UserError(
+            "--{kind} '{spec}': unknown source '{name}'; expected one of {known}",
+            kind=kind,
+            spec=spec,
+            name=name,
+            known=known,
+        )
     factory: SourceFactory = found[name].load()
     return factory(address, surroundings)

@@ -79,10 +79,14 @@ def read_way(path: Path) -> list[Sample]:
         with path.open(encoding="utf-8-sig", newline="") as stream:
             rows = list(csv.reader(stream))
     except (OSError, UnicodeDecodeError, csv.Error) as error:
-        raise UserError(f"--position scripted: {path} cannot be read ({error})") from None
+        raise UserError(
+            "--position scripted: {path} cannot be read ({error})", path=path, error=error
+        ) from None
     if not rows or tuple(rows[0]) != COLUMNS:
         raise UserError(
-            f"--position scripted: {path}, line 1: expected the columns {','.join(COLUMNS)}"
+            "--position scripted: {path}, line 1: expected the columns {columns}",
+            path=path,
+            columns=",".join(COLUMNS),
         )
     way: list[Sample] = []
     for line, row in enumerate(rows[1:], start=2):
@@ -94,12 +98,16 @@ def read_way(path: Path) -> list[Sample]:
         finite = all(math.isfinite(each) for each in (time_s, *values))
         if len(row) != len(COLUMNS) or not finite or time_s < after:
             raise UserError(
-                f"--position scripted: {path}, line {line}: expected {len(COLUMNS)} numbers, "
-                f"and a time of at least {after:g} s"
+                "--position scripted: {path}, line {line}: expected {count} numbers, and a time "
+                "of at least {after:g} s",
+                path=path,
+                line=line,
+                count=len(COLUMNS),
+                after=after,
             )
         way.append(Sample(time_s, tuple(values)))
     if not way:
-        raise UserError(f"--position scripted: {path}: expected at least one row")
+        raise UserError("--position scripted: {path}: expected at least one row", path=path)
     return way
 
 

@@ -182,10 +182,12 @@ class SerialColumns(ContactSource):
         if self._fault is not None:
             raise self._fault
         if self._line is None:
-            raise SensorFault(f"{self.port}: not connected")
+            raise SensorFault("{port}: not connected", port=self.port)
         if self._clock.now() - self._heard_s > SILENT_S:
             last = f"; the last line was '{self._last_unreadable}'" if self._last_unreadable else ""
-            self._fault = SensorFault(f"{self.port}: {self.kind} sent no reading{last}")
+            self._fault = SensorFault(
+                "{port}: {kind} sent no reading{last}", port=self.port, kind=self.kind, last=last
+            )
             raise self._fault
 
     def _tare(self) -> None:
@@ -275,7 +277,9 @@ def _source(
     port, options = addresses.split_address(address, _options(names), what=f"{what} {name}")
     if not port:
         raise UserError(
-            f"{what} '{name}': expected {name}:PORT; slipscale plate list shows the ports"
+            "{what} '{name}': expected {name}:PORT; slipscale plate list shows the ports",
+            what=what,
+            name=name,
         )
     channels = [
         Channel(
@@ -287,8 +291,12 @@ def _source(
     ]
     if not all(channel.place for channel in channels[: 1 if what == "--position" else None]):
         raise UserError(
-            f"{what} '{name}:{address}': expected the position of {names[0]} in the line, "
-            "counted from 1"
+            "{what} '{name}:{address}': expected the position of {names} in the line, counted "
+            "from 1",
+            what=what,
+            name=name,
+            address=address,
+            names=names[0],
         )
     return SerialColumns(
         name,
@@ -311,7 +319,7 @@ def open_vibrometer(spec: str, clock: Clock) -> ContactSource:
     """
     name, _, address = spec.partition(":")
     if name != "vibrometer":
-        raise UserError(f"track_resonance '{spec}': expected vibrometer:PORT")
+        raise UserError("track_resonance '{spec}': expected vibrometer:PORT", spec=spec)
     return _source(
         name, address, Surroundings(clock=clock), what="track_resonance", names=("amplitude",),
         quantities=AMPLITUDE,

@@ -28,6 +28,7 @@ from functools import cache
 from typing import ClassVar
 
 from slipscale.faults import UserError
+from slipscale.faults.message import Message
 from slipscale.hardware import address as addresses
 from slipscale.hardware.contact.source import (
     FORCE,
@@ -57,7 +58,7 @@ POSITION_OPTIONS: dict[str, Callable[[str], object]] = {
 
 def _film(text: str) -> str:
     if text not in FILMS:
-        raise ValueError(f"expected {' or '.join(FILMS)}")
+        raise ValueError(Message("expected {films}", films=" or ".join(FILMS)))
     return text
 
 

@@ -89,13 +89,19 @@ class Stage(ContactSource):
         """Raise `UserError` if the stage cannot make the strokes."""
         if strokes.length_mm > self.travel_mm:
             raise UserError(
-                f"stage '{self.name}': strokes of {strokes.length_mm:g} mm exceed its travel of "
-                f"{self.travel_mm:g} mm; reduce stroke_mm in [stroke]"
+                "stage '{name}': strokes of {length_mm:g} mm exceed its travel of {travel_mm:g} "
+                "mm; reduce stroke_mm in [stroke]",
+                name=self.name,
+                length_mm=strokes.length_mm,
+                travel_mm=self.travel_mm,
             )
         if strokes.speed_mm_s > self.fastest_mm_s:
             raise UserError(
-                f"stage '{self.name}': {strokes.speed_mm_s:g} mm/s exceeds its maximum speed of "
-                f"{self.fastest_mm_s:g} mm/s; reduce speed_mm_s in [stroke]"
+                "stage '{name}': {speed_mm_s:g} mm/s exceeds its maximum speed of "
+                "{fastest_mm_s:g} mm/s; reduce speed_mm_s in [stroke]",
+                name=self.name,
+                speed_mm_s=strokes.speed_mm_s,
+                fastest_mm_s=self.fastest_mm_s,
             )
 
     def home(self, strokes: Strokes, watch: Callable[[], None]) -> None:
@@ -151,8 +157,11 @@ class Stage(ContactSource):
     def _check_arrived(self) -> None:
         if abs((place_mm := self._place_mm()) - self._target_mm) > ARRIVED_MM:
             raise SensorFault(
-                f"stage '{self.name}': it stopped at {place_mm:.1f} mm instead of "
-                f"{self._target_mm:.1f} mm; something blocks it"
+                "stage '{name}': it stopped at {place_mm:.1f} mm instead of {target_mm:.1f} mm; "
+                "something blocks it",
+                name=self.name,
+                place_mm=place_mm,
+                target_mm=self._target_mm,
             )
 
     @abstractmethod

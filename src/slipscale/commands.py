@@ -286,7 +286,9 @@ def _failed(name: str, sentence: str, status: int, *, verbose: bool = False) -> 
         from traceback import print_exc  # noqa: PLC0415
 
         print_exc()
-    print(f"slipscale {name}: {harmless(sentence)}", file=sys.stderr)
+    from slipscale.faults.message import report  # noqa: PLC0415 - only after an error
+
+    report("error", sentence, f"slipscale {name}: {harmless(sentence)}")
     return status
 
 

@@ -126,7 +126,7 @@ GRIPPY = Skin(
 def skin_between(share: float) -> Skin:
     """Interpolate geometrically between `SLIPPERY` (share 0) and `GRIPPY` (share 1)."""
     if not 0 <= share <= 1:
-        raise UserError(f"share must be between 0 and 1, but is {share!r}")
+        raise UserError("share must be between 0 and 1, but is {share}", share=repr(share))
     return Skin(
         **{
             field.name: float(

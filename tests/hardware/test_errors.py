@@ -49,6 +49,22 @@ def test_a_message_is_withheld_unless_its_class_is_declared_to_name_no_level(kin
         assert not re.search(r"\d", shown.message)
 
 
+@pytest.mark.parametrize("kind", [*FAULTS.values(), SensorFault, PlateFault])
+def test_a_level_among_the_values_is_recorded_and_withheld(kind):
+    fault = kind("the plate makes {level} at {voltage_v:.1f} V", level="1.2 µm p-p", voltage_v=7.8)
+    assert fault.record() == {
+        "code": kind.code,
+        "message": TOLD,
+        "template": "the plate makes {level} at {voltage_v:.1f} V",
+        "values": {"level": "1.2 µm p-p", "voltage_v": 7.8},
+    }
+    shown = fault.blinded()
+    if kind.code in WITHHELD | {"fault"}:
+        assert set(shown.args[0].values) == {"fault", "remedy"}
+        assert shown.args[0].values["fault"] == kind.in_general
+        assert shown.record() == {"code": kind.code, "message": kind.in_general}
+
+
 def test_a_single_fault_can_be_declared_either_way():
     assert PlateBusy("in use", level_free=True).blinded().message == "in use"
     assert TOLD not in str(ConnectionLost(TOLD, level_free=False).blinded())

@@ -33,7 +33,7 @@ from playwright.sync_api import (
     sync_playwright,
 )
 
-from slipscale.experiments.lab.console.page_texts import LANGUAGES
+from slipscale.experiments.lab.console.page_texts import languages
 from tools.console_pages.scenes import NOTHING, SCENES
 from tools.console_pages.stage import COMMAND, Stage, laboratory
 
@@ -164,7 +164,9 @@ def main() -> int:
     parser.add_argument(
         "--documentation", action="store_true", help="only the screenshots of the documentation"
     )
-    parser.add_argument("--language", default="en", choices=LANGUAGES, help="language of the pages")
+    parser.add_argument(
+        "--language", default="en", choices=languages(), help="language of the pages"
+    )
     parser.add_argument("--only", nargs="+", metavar="NAME", choices=SCENES, help="scenes to take")
     options = parser.parse_args()
     chromium = shutil.which("chromium") or shutil.which("chromium-browser")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from slipscale.experiments.dataset.backup import NO_BACKUP
+from slipscale.faults.message import Message
 from slipscale.hardware.errors import ConnectionLost
 from tools.console_pages.stage import Stage
 
@@ -60,7 +60,9 @@ SCENES: dict[str, tuple[Callable[[Stage], object], str, str]] = {
         "",
     ),
     "live-warned": (
-        lambda stage: stage.tell(warnings=[f"{NO_BACKUP}: {UNREACHABLE}"]),
+        lambda stage: stage.tell(
+            warnings=[Message("NO BACKUP of this run: {fault}", fault=UNREACHABLE)]
+        ),
         "live",
         "",
     ),

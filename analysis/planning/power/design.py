@@ -180,11 +180,14 @@ def design_of(study: Study, text: str, population: Population, alpha: float) -> 
     places = estimation_of(study)
     if not places:
         raise UserError(
-            f"{study.name}: no task uses magnitude_estimation; for other tasks, slipscale power "
-            "only compares thresholds between the levels of [[factors]]"
+            "{study_name}: no task uses magnitude_estimation; for other tasks, slipscale power "
+            "only compares thresholds between the levels of [[factors]]",
+            study_name=study.name,
         )
     if len(study.levels) < 2:  # noqa: PLR2004
-        raise UserError(f"{study.name}: the study has one amplitude; expected two or more")
+        raise UserError(
+            "{study_name}: the study has one amplitude; expected two or more", study_name=study.name
+        )
     place = places[0]
     options = counts[place][0]
     factors = tuple((each.name, tuple(map(factor_level, each.levels))) for each in study.factors)
@@ -252,7 +255,10 @@ def _plannable(study: Study) -> AnalysisChoices:
     choices = study.analysis
     if choices.normalisation not in (None, *DIVISORS):
         raise UserError(
-            f"{study.name}: normalisation '{choices.normalisation}' requires a standard, which "
-            f"simulated studies do not have; expected one of {', '.join(DIVISORS)}"
+            "{study_name}: normalisation '{normalisation}' requires a standard, which simulated "
+            "studies do not have; expected one of {divisors}",
+            study_name=study.name,
+            normalisation=choices.normalisation,
+            divisors=", ".join(DIVISORS),
         )
     return choices

@@ -77,8 +77,11 @@ class Condition:
         mean = tuple(centre + self.effect * (each - centre) for each in mean)
         if not all(0 < each < 100 for each in mean):  # noqa: PLR2004
             raise UserError(
-                f"--effect {self.effect:g}: mean sensations would range from {min(mean):.3g} to "
-                f"{max(mean):.3g}; expected an effect that keeps them between 0 and 100"
+                "--effect {effect:g}: mean sensations would range from {min:.3g} to {max:.3g}; "
+                "expected an effect that keeps them between 0 and 100",
+                effect=self.effect,
+                min=min(mean),
+                max=max(mean),
             )
         habits = population.habits.model_copy(
             update={"lapses": self.lapses, "dropout": self.dropout}
@@ -153,7 +156,8 @@ def values_of(axis: str, words: Sequence[str]) -> tuple[Any, ...]:
             found += _range(axis, word.strip(), kind)
     if not found:
         raise UserError(
-            f"{option(axis)}: no value; expected a list or a range, such as 8,12,16 or 8:40:4"
+            "{option}: no value; expected a list or a range, such as 8,12,16 or 8:40:4",
+            option=option(axis),
         )
     for value in found:
         if not (math.isfinite(value) and meant(value)):
@@ -167,18 +171,23 @@ def _range(axis: str, word: str, kind: type) -> list[float]:
         numbers = [float(part) for part in parts]
     except ValueError:
         raise UserError(
-            f"{option(axis)} {word}: expected numbers, such as the list 8,12 or the range 8:40:4"
+            "{option} {word}: expected numbers, such as the list 8,12 or the range 8:40:4",
+            option=option(axis),
+            word=word,
         ) from None
     if kind is int and any(not number.is_integer() for number in numbers):
-        raise UserError(f"{option(axis)} {word}: expected whole numbers")
+        raise UserError("{option} {word}: expected whole numbers", option=option(axis), word=word)
     if len(numbers) == 1:
         return numbers
     first, last, step = (*numbers, 1.0)[:3]
     count = (last - first) / step if step else math.nan
     if len(numbers) > 3 or not 0 <= count < MOST_VALUES:  # noqa: PLR2004
         raise UserError(
-            f"{option(axis)} {word}: expected FIRST:LAST or FIRST:LAST:STEP, ascending, of at most "
-            f"{MOST_VALUES} values"
+            "{option} {word}: expected FIRST:LAST or FIRST:LAST:STEP, ascending, of at most "
+            "{most_values} values",
+            option=option(axis),
+            word=word,
+            most_values=MOST_VALUES,
         )
     return [round(first + number * step, 12) for number in range(math.floor(count + 1e-9) + 1)]
 

@@ -46,7 +46,9 @@ def write_power(folder: Path, design: Design, found: Sequence[Row], target: floa
         page.write_text(_page(design, found, target), encoding="utf-8")
     except OSError as error:
         raise UserError(
-            f"--out {folder}: {error.strerror}; computed results are not lost if --cache was given"
+            "--out {folder}: {reason}; computed results are not lost if --cache was given",
+            folder=folder,
+            reason=error.strerror,
         ) from None
     return page
 

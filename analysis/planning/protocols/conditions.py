@@ -84,8 +84,10 @@ def condition_power(
     """
     if study.quantity == EXPONENT:
         raise UserError(
-            f"{study.name}: {study.task} yields exponents; expected magnitude estimation, or a "
-            "task that yields thresholds"
+            "{study_name}: {task} yields exponents; expected magnitude estimation, or a task "
+            "that yields thresholds",
+            study_name=study.name,
+            task=study.task,
         )
     parsed = parse_study(study.text, study.name)
     from joblib import Parallel, delayed  # noqa: PLC0415 - only if requested

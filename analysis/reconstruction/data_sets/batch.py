@@ -68,7 +68,7 @@ def verdict(row: Row, memory_gib: float, minutes: float) -> Verdict:
     """Return the verdict on one row of a batch file."""
     give = partial(Verdict, line=row.line, digest=digest(row))
     if row.column is None:
-        reason = "; ".join(words for _, words in row.told)
+        reason = "; ".join(fault.whole for fault in row.told)
         return give(label="", verdict="not understood", reason=reason)
     solutions = Solutions(row.column, memory_gib, minutes)
     label = row.column.label

@@ -24,10 +24,20 @@ from slipscale.analysis.reconstruction.table.published_table import (
 )
 from slipscale.faults import UserError
 from slipscale.faults.frozen_table import FrozenTable
+from slipscale.faults.message import Message
 from slipscale.faults.suggestions import expected_one_of
 from slipscale.faults.toml_file import parse_toml
 from slipscale.faults.toml_lines import Place
-from slipscale.faults.validation import Fault, complaint, faults_in, in_words, refuse, sentences
+from slipscale.faults.validation import (
+    Fault,
+    Told,
+    complaint,
+    fault_at,
+    faults_in,
+    in_words,
+    refuse,
+    sentences,
+)
 
 SHIPPED = Path(__file__).parents[2] / "published"
 # Prefix of the CSV columns that contain keys of the scale.
@@ -60,14 +70,14 @@ class Row:
         Text of the cells, as in the file.
     column : Column or None
         The parsed column, or None if the row has errors.
-    told : tuple of (int, str)
-        Errors, each with its line number and message.
+    told : tuple of Told
+        The errors.
     """
 
     line: int
     cells: tuple[str, ...]
     column: Column | None
-    told: tuple[tuple[int, str], ...] = ()
+    told: tuple[Told, ...] = ()
 
 
 class _File(FrozenTable):
@@ -227,7 +237,7 @@ def _csv_rows(text: str, source: str) -> list[Row]:
     (first, header), *rows = rows
     names = [name.strip() for name in header]
     found = [_row(names, line, cells, place) for place, (line, cells) in enumerate(rows, 1)]
-    if faults := [(first, f"line {first}, {words}") for words in _wrong_names(names)]:
+    if faults := [fault_at(first, (), words) for words in _wrong_names(names)]:
         raise complaint(source, faults + [fault for row in found for fault in row.told])
     return found
 
@@ -236,14 +246,19 @@ def _row(names: list[str], line: int, cells: list[str], place: int) -> Row:
     kept = tuple(cells)
     if len(cells) != len(names):
         counts = f"the header has {len(names)} cells, but the row has {len(cells)}"
-        return Row(line, kept, None, ((line, f"line {line}: {counts}"),))
+        return Row(line, kept, None, (_at(line, counts),))
     entry = {name: c.strip() for name, c in zip(names, cells, strict=True) if c.strip()}
     try:
         return Row(line, kept, _from_row(entry, place))
     except ValidationError as error:
         return Row(line, kept, None, tuple(sentences(_of_row(error, names), partial(_line, line))))
     except ValueError as error:
-        return Row(line, kept, None, ((line, f"line {line}: {error}"),))
+        return Row(line, kept, None, (_at(line, error),))
+
+
+def _at(line: int, message: object) -> Told:
+    whole = Message("line {line}: {message}", line=line, message=message)
+    return Told(line, (), whole, whole)
 
 
 def _rows(text: str) -> Iterator[tuple[int, list[str]]]:

@@ -32,6 +32,7 @@ from slipscale.analysis.tasks.table import KINDS
 from slipscale.analysis.writing import html
 from slipscale.experiments.dataset.schema import PARTICIPANT
 from slipscale.faults import UserError
+from slipscale.faults.message import Message
 from slipscale.faults.plug_ins import ANALYSES, called, installed, package_of
 
 T = TypeVar("T")
@@ -86,7 +87,11 @@ class _Guard:
 
     @property
     def named(self) -> str:
-        return f"analysis '{self.point.name}' of the package {package_of(self.point)}"
+        return Message(
+            "analysis '{point_name}' of the package {package_of}",
+            point_name=self.point.name,
+            package_of=package_of(self.point),
+        )
 
     @property
     def version(self) -> str:
@@ -155,7 +160,9 @@ class _Guard:
         def written(analysis: Analysis, svgs: Mapping[str, str]) -> html.ReportSection:
             section = write(analysis, svgs)
             if not isinstance(section, html.ReportSection):
-                raise UserError(f"returned {type(section).__name__}, expected a ReportSection")
+                raise UserError(
+                    "returned {name}, expected a ReportSection", name=type(section).__name__
+                )
             section.blocks.append(html.paragraph(whose))
             return section
 
@@ -217,7 +224,9 @@ class _Check:
             raise UserError(f"returned {type(wrong[0]).__name__}, expected {self.expected}")
         if self.files and (foreign := [each for each in found if not _is_own(name, str(each))]):
             raise UserError(
-                f"a file name must be own_{name} or begin with own_{name}_, but is '{foreign[0]}'"
+                "a file name must be own_{name} or begin with own_{name}_, but is '{foreign}'",
+                name=name,
+                foreign=foreign[0],
             )
         return found
 
@@ -263,13 +272,18 @@ def _declared(name: str, kind: object) -> TaskAnalysis:
     if not re.fullmatch("[a-z][a-z0-9_]*", name):
         raise UserError("expected a name of lower-case letters, digits and underscores")
     if not isinstance(kind, TaskAnalysis):
-        raise UserError(f"its entry point must be a TaskAnalysis, but is {kind!r}")
+        raise UserError("its entry point must be a TaskAnalysis, but is {kind}", kind=repr(kind))
     if kind.name != name:
-        raise UserError(f"its name must be the name of the entry point, but is '{kind.name}'")
+        raise UserError(
+            "its name must be the name of the entry point, but is '{kind_name}'",
+            kind_name=kind.name,
+        )
     keys = [statistic.key for statistic in kind.statistics]
     keys += [kind.trials.name] if kind.trials is not None else []
     if foreign := [key for key in keys if not _is_own(name, key)]:
         raise UserError(
-            f"its key must be own_{name} or begin with own_{name}_, but is '{foreign[0]}'"
+            "its key must be own_{name} or begin with own_{name}_, but is '{foreign}'",
+            name=name,
+            foreign=foreign[0],
         )
     return kind

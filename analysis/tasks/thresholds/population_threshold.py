@@ -50,7 +50,9 @@ def weber_fraction(fitted: PsychometricFunction, standard_level: float) -> Estim
         The standard is not above 0, or the method has no standard.
     """
     if not (np.isfinite(standard_level) and standard_level > 0):
-        raise UserError(f"standard_level is {standard_level:g}, expected above 0")
+        raise UserError(
+            "standard_level is {standard_level:g}, expected above 0", standard_level=standard_level
+        )
     if fitted.method == "yes_no":
         raise UserError("a Weber fraction requires a standard, but yes_no trials have no standard")
     if fitted.method != "comparison":

@@ -29,7 +29,7 @@ from slipscale.experiments.lab.console.actions.desk import Desk
 from slipscale.experiments.lab.console.actions.forms import read_form
 from slipscale.experiments.lab.console.actions.table import do
 from slipscale.experiments.lab.console.jobs import KINDS, Jobs
-from slipscale.experiments.lab.console.page_texts import LANGUAGES, Words, preferred
+from slipscale.experiments.lab.console.page_texts import Words, catalogue, languages, preferred
 from slipscale.experiments.lab.console.pages.data import parts_done
 from slipscale.experiments.lab.console.pages.editor import editor, follow_up
 from slipscale.experiments.lab.console.pages.strip import strip
@@ -101,7 +101,11 @@ class Console:
             "page": name,
             "pages": tuple(each for each in PAGES if each not in WITHIN),
             "marked": WITHIN.get(name, name),
-            "other": next(code for code in LANGUAGES if code != t.language),
+            "others": [
+                (code, catalogue(code).texts["page.language"])
+                for code in languages()
+                if code != t.language
+            ],
             "found": found,
             "notices": self._notices(),
             "warnings": self.desk.warnings.pending(),
@@ -116,7 +120,7 @@ class Console:
         if template == f"{name}.html":
             values |= PAGES[name](view)
         response = HTMLResponse(self._rendered(template, values))
-        if (chosen := request.query_params.get("lang")) in LANGUAGES:
+        if (chosen := request.query_params.get("lang")) in languages():
             response.set_cookie("lang", chosen, samesite="strict", secure=self.access.tls)
         return response
 
@@ -146,7 +150,7 @@ class Console:
             html = self._rendered(
                 "study_edit.html", shown | {"t": view.t, "read_only": False, "found": view.found}
             )
-            faults = [(each.line, each.whole) for each in shown["told"]]
+            faults = [(each.line, view.t.say(each.whole)) for each in shown["told"]]
             return {"text": text, "html": html, "faults": faults}
 
         return await self._answer(request, edited)

@@ -7,8 +7,8 @@ session.
 
 from __future__ import annotations
 
+import json
 import os
-import re
 import subprocess
 import sys
 import tempfile
@@ -19,9 +19,8 @@ from pathlib import Path
 from threading import Thread
 from typing import Literal, get_args
 
-from slipscale.experiments.dataset.backup import NO_BACKUP
-from slipscale.experiments.journal.journal import MOVED
 from slipscale.faults import UserError, harmless
+from slipscale.faults.message import AS_DATA, from_data
 
 Kind = Literal[
     "session",
@@ -41,12 +40,7 @@ Kind = Literal[
 ]
 KINDS: tuple[Kind, ...] = get_args(Kind)
 LONGEST = 20_000  # number of characters read from the end of a job's output
-# Prefixes of the warnings at the end of a session; its status contains earlier warnings.
-WARNS = (f"{NO_BACKUP}:", MOVED)
 HOLDING = "slipscale.experiments.lab.console.held"
-ERROR = re.compile(
-    r"^slipscale [a-z]+: ", re.MULTILINE
-)  # prefix of a command's final error message
 STEP = "step: "  # prefix of a line in which a command reports its current step
 LOOK_S = 0.2
 HOLD_S = 5.0  # a job on the plate bench ends if no page has been open for this time
@@ -92,7 +86,7 @@ class Job:
                 self.process.stdin.write(f"{line}\n".encode())
                 self.process.stdin.flush()
         except (OSError, ValueError):  # the pipe is broken or closed
-            raise UserError(f"{self.about} has ended; begin again") from None
+            raise UserError("{about} has ended; begin again", about=self.about) from None
 
     def release(self) -> None:
         """End a plate-bench job by closing its input; the job then switches the plate off."""
@@ -124,16 +118,23 @@ class Job:
     def complained(self) -> str:
         """Return the last error message or, if there is none, the last line of the error output."""
         lines = [line for line in self._lines() if not line.startswith(STEP)]
-        _, *errors = ERROR.split("\n".join(lines))
-        return (errors or lines or [""])[-1]
+        return (self._messages("error") or lines or [""])[-1]
 
     def warnings(self) -> list[str]:
-        """Return the warnings that a session has printed."""
-        return [line for line in self._lines() if line.startswith(WARNS)]
+        """Return the warnings at the end of a session; its status contains earlier warnings."""
+        return self._messages("warning")
 
     def steps(self) -> list[str]:
         """Return the steps that the process has reported, in order."""
         return [line.removeprefix(STEP) for line in self._lines() if line.startswith(STEP)]
+
+    def _messages(self, kind: str) -> list[str]:
+        """Return the messages that the command has written as data (`faults.message.report`)."""
+        found = []
+        for line in self._lines():
+            with suppress(ValueError, KeyError, TypeError):
+                found.append(harmless(from_data(json.loads(line)[kind])))
+        return found
 
     def _lines(self) -> list[str]:
         return [line.strip() for line in _text(self.errors).splitlines() if line.strip()]
@@ -166,7 +167,7 @@ class Jobs:
         """
         before = self._last.get(kind)
         if before and before.running:
-            raise UserError(f"{before.about}: still running; wait until it is finished")
+            raise UserError("{about}: still running; wait until it is finished", about=before.about)
         piped = kind in PIPED
         place = Path(tempfile.mkdtemp(prefix="slipscale-"))
         output, errors = place / "output.txt", place / "errors.txt"
@@ -178,12 +179,15 @@ class Jobs:
                     stdin=subprocess.PIPE if piped else subprocess.DEVNULL,
                     stdout=out,
                     stderr=err,
+                    env=os.environ | {AS_DATA: "1"},
                     # Ctrl-C in the console's terminal must not reach the session.
                     start_new_session=True,
                 )
         except OSError as error:
             raise UserError(
-                f"{self._folder}: {error.strerror}; is the folder still there?"
+                "{folder}: {reason}; is the folder still there?",
+                folder=self._folder,
+                reason=error.strerror,
             ) from None
         self._last[kind] = Job(
             kind=kind, about=about, process=process, output=output, errors=errors, parts=parts

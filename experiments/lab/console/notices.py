@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 
 from slipscale.experiments.journal.plan_and_progress import read_usable
 from slipscale.faults import UserError
+from slipscale.faults.message import Message
 
 if TYPE_CHECKING:
     from slipscale.experiments.lab.defaults import Defaults
@@ -64,16 +65,22 @@ def _running(begun: list[tuple[str, Visit]]) -> str:
     names = [f"participant {label} ({v})" for label, v in begun if v.state == "running now"]
     if len(names) < 2:  # noqa: PLR2004
         return ""
-    return (
-        f"{len(names)} sessions are running: {', '.join(names)}. These pages show and control the "
-        "first session; control the other sessions in their own terminals"
+    return Message(
+        "{count} sessions are running: {names}. These pages show and control the first "
+        "session; control the other sessions in their own terminals",
+        count=len(names),
+        names=", ".join(names),
     )
 
 
 def _damaged(label: str, visit: Visit) -> str:
-    return (
-        f"the journal of participant {label} ({visit}) is damaged{_where(visit.path)}: "
-        f"{visit.path}; the undamaged records are used (for details: slipscale data verify)"
+    return Message(
+        "the journal of participant {label} ({visit}) is damaged{where}: {visit_path}; the "
+        "undamaged records are used (for details: slipscale data verify)",
+        label=label,
+        visit=visit,
+        where=_where(visit.path),
+        visit_path=visit.path,
     )
 
 
@@ -83,7 +90,7 @@ def _where(path: Path) -> str:
         line = _first_damage(path, stat.st_ino, stat.st_mtime_ns, stat.st_size)
     except (OSError, UserError):
         return ""
-    return f" at line {line}" if line else ""
+    return Message(" at line {line}", line=line) if line else ""
 
 
 @lru_cache(maxsize=256)
@@ -101,10 +108,14 @@ def _still_to_come(begun: list[tuple[str, Visit]], now: datetime) -> str:
     began = datetime.fromisoformat(visit.started_utc)
     if (began - now).total_seconds() < AHEAD_S:
         return ""
-    return (
-        f"the clock of this computer was changed: it shows {now:%Y-%m-%d %H:%M} UTC, but "
-        f"participant {label} ({visit}) began at {began:%Y-%m-%d %H:%M} UTC. Correct the "
-        "clock before the next session; answers and response times are not affected"
+    return Message(
+        "the clock of this computer was changed: it shows {now} UTC, but participant {label} "
+        "({visit}) began at {began} UTC. Correct the clock before the next session; answers "
+        "and response times are not affected",
+        now=f"{now:%Y-%m-%d %H:%M}",
+        label=label,
+        visit=visit,
+        began=f"{began:%Y-%m-%d %H:%M}",
     )
 
 
@@ -115,10 +126,13 @@ def _edited(visits: list[tuple[str, Visit]], file: str, name: str, text: str) ->
         return ""
     people = ", ".join([*dict.fromkeys(other)][:MOST_NAMED])
     more = ", ..." if len(other) > MOST_NAMED else ""
-    return (
-        f"{file} has been edited since participants took part ({people}{more}): their journals "
-        "keep the earlier version, and later participants get the new version. Restore the file, "
-        "or give the changed study another name and another data folder"
+    return Message(
+        "{file} has been edited since participants took part ({people}{more}): their "
+        "journals keep the earlier version, and later participants get the new version. "
+        "Restore the file, or give the changed study another name and another data folder",
+        file=file,
+        people=people,
+        more=more,
     )
 
 
@@ -135,7 +149,9 @@ def _has_another_text(path: Path, name: str, text: str) -> bool:
 def _study_text(path: Path, _inode: int) -> tuple[str, str] | None:
     plan, _ = read_usable(path, most=1)
     if plan is None:
-        raise UserError(f"{path}: no header")  # not cached: the file may still be incomplete
+        raise UserError(
+            "{path}: no header", path=path
+        )  # not cached: the file may still be incomplete
     return plan.study.name, _plain(plan.study_text)
 
 

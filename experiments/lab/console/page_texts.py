@@ -6,43 +6,54 @@ import re
 import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import cache, lru_cache
+from functools import cache
 from importlib.resources import files
 from typing import TYPE_CHECKING
 
 from slipscale.experiments.languages.texts import flatten
+from slipscale.faults.message import Message
 
 if TYPE_CHECKING:
     from slipscale.experiments.protocol_parts.base import Options, Protocol
     from slipscale.experiments.study.model import Study
 
-PACKAGE = "slipscale.experiments.lab.console"
-LANGUAGES = ("en", "fr")
+#: Folder with one file per language; adding a language is adding a file.
+CATALOGUES = files("slipscale.experiments.lab.console").joinpath("texts")
+ENGLISH = "en"
 
 
-@cache
-def page_texts(language: str) -> Mapping[str, str]:
-    """Return the page text in a language, by key."""
-    source = files(PACKAGE).joinpath("texts", f"{language}.toml")
-    texts = flatten(tomllib.loads(source.read_text(encoding="utf-8")))
-    return {key: _typeset(text) for key, text in texts.items()}
+@dataclass(frozen=True, slots=True)
+class Catalogue:
+    """The texts of one language.
 
-
-@cache
-def sentences(language: str) -> dict[str, str]:
-    """Return Slipscale's English sentences and their translations, the most specific first.
-
-    Other modules generate notices, replies, errors and descriptions in English. Such sentences are
-    translated when a page is rendered.
+    Parameters
+    ----------
+    texts : Mapping
+        Page texts by key. English replaces missing texts.
+    messages : Mapping
+        Translations of `Message` templates and of Slipscale's other texts, by their English text.
     """
-    known: dict[str, str] = {}
-    for source in files(PACKAGE).joinpath("texts").iterdir():
-        if source.name.endswith(f".{language}.toml"):
-            known |= tomllib.loads(source.read_text(encoding="utf-8"))
-    # Sentences that begin with a placeholder are tried last, because they match many others:
-    # "{} is missing" also matches "line 4: key is missing".
-    order = sorted(known, key=lambda each: (each.startswith("{}"), -len(each)))
-    return {each: _typeset(known[each]) for each in order}
+
+    texts: Mapping[str, str]
+    messages: Mapping[str, str]
+
+
+@cache
+def languages() -> tuple[str, ...]:
+    """Return the codes of all languages, English first."""
+    found = sorted(each.name.removesuffix(".toml") for each in CATALOGUES.iterdir())
+    return (ENGLISH, *(code for code in found if code != ENGLISH))
+
+
+@cache
+def catalogue(language: str) -> Catalogue:
+    """Read the catalogue of a language."""
+    source = CATALOGUES.joinpath(f"{language}.toml")
+    content = tomllib.loads(source.read_text(encoding="utf-8"))
+    messages = content.pop("messages", {})
+    english = {} if language == ENGLISH else catalogue(ENGLISH).texts
+    texts = {key: _typeset(text) for key, text in flatten(content).items()}
+    return Catalogue({**english, **texts}, {key: _typeset(text) for key, text in messages.items()})
 
 
 def _typeset(text: str) -> str:
@@ -54,43 +65,6 @@ def _typeset(text: str) -> str:
     return re.sub(r" (?=[:;?!%»])|(?<=«) ", "\N{NO-BREAK SPACE}", text)
 
 
-@cache
-def _patterns(language: str) -> tuple[tuple[re.Pattern[str], str], ...]:
-    """Return (pattern, translation) pairs for the sentences with placeholders."""
-    return tuple(
-        (re.compile(re.escape(each).replace(r"\{\}", "(.*?)")), text)
-        for each, text in sentences(language).items()
-        if "{}" in each
-    )
-
-
-# Separators, in English and in French, between sentences that are translated separately.
-LINES = {"\n  ": "\n  ", "\n": "\n"}
-JOINTS = {"; ": _typeset(" ; "), ". ": ". ", ": ": _typeset(" : ")}
-
-
-@lru_cache(maxsize=2000)
-def _translated(sentence: str, language: str) -> str:
-    if text := sentences(language).get(sentence):
-        return text
-    if "\n" in sentence:
-        return _each_translated(sentence, LINES, language)
-    for pattern, text in _patterns(language):
-        if found := pattern.fullmatch(sentence):
-            return text.format(*(_translated(each, language) for each in found.groups()))
-    return _each_translated(sentence, JOINTS, language)
-
-
-def _each_translated(sentence: str, joints: Mapping[str, str], language: str) -> str:
-    """Split a text at the first separator that yields a translatable part; translate all parts."""
-    for joint, typeset in joints.items():
-        parts = sentence.split(joint) if joint in sentence else []
-        translated = [_translated(each, language) for each in parts]
-        if translated != parts:  # texts from people keep their punctuation
-            return typeset.join(translated)
-    return sentence
-
-
 @dataclass(frozen=True, slots=True)
 class Words:
     """Page text in one language; call it with a key and values for the {placeholders}."""
@@ -99,26 +73,25 @@ class Words:
 
     def __call__(self, key: str, **blanks: object) -> str:
         """Return the text for a key, with its placeholders filled in."""
-        return page_texts(self.language)[key].format(**blanks)
+        return catalogue(self.language).texts[key].format(**blanks)
 
-    def say(self, sentence: str) -> str:
-        r"""Translate one of Slipscale's sentences into this language; return other text unchanged.
+    def say(self, text: str) -> str:
+        r"""Return a message, or a text of Slipscale, in this language; other text is unchanged.
 
-        Sentences that are joined by punctuation or line feeds are translated separately.
-
-        >>> Words("fr").say("copied 2 runs to disk; excluded"), Words("en").say("saved: a.toml")
-        ('2 passages copiés vers disk\xa0; exclu', 'saved: a.toml')
+        >>> copied = Message("copied {count} runs to {folder}", count=2, folder="disk")
+        >>> Words("fr").say(copied), Words("fr").say("excluded"), Words("fr").say("torn glove")
+        ('2 passages copiés vers disk', 'exclu', 'torn glove')
         """
-        return _translated(sentence, self.language)
+        messages = catalogue(self.language).messages
+        if not isinstance(text, Message) or not text.values:
+            return messages.get(text, text)
+        values = {k: self.say(v) if isinstance(v, str) else v for k, v in text.values.items()}
+        return messages.get(text.template, text.template).format(**values)
 
     def decimal(self, shown: str) -> str:
         """Format a number, with or without a unit, using this language's decimal mark."""
-        mark = page_texts(self.language)["page.decimal"]
+        mark = catalogue(self.language).texts["page.decimal"]
         return re.sub(r"(?<=\d)\.(?=\d)", mark, shown) if shown[:1].isdigit() else shown
-
-    def exact(self, words: str) -> str:
-        """Translate a whole sentence into this language; return unknown text unchanged."""
-        return sentences(self.language).get(words, words)
 
     def task(self, options: Options, protocol: Protocol, study: Study) -> str:
         """Return a task's title; titles of protocols from other packages are not translated."""
@@ -128,7 +101,7 @@ class Words:
 
     def known(self, key: str, otherwise: str) -> str:
         """Return the text for a key, or ``otherwise`` if there is none."""
-        return page_texts(self.language).get(key, otherwise)
+        return catalogue(self.language).texts.get(key, otherwise)
 
 
 def preferred(accepted: str, chosen: str) -> str:
@@ -137,7 +110,7 @@ def preferred(accepted: str, chosen: str) -> str:
     >>> preferred("de, fr;q=0.8, en;q=0.5", ""), preferred("fr", "en"), preferred("", "xx")
     ('fr', 'en', 'en')
     """
-    if chosen in LANGUAGES:
+    if chosen in languages():
         return chosen
     wanted = [part.split(";")[0].strip()[:2].lower() for part in accepted.split(",")]
-    return next((code for code in wanted if code in LANGUAGES), LANGUAGES[0])
+    return next((code for code in wanted if code in languages()), ENGLISH)

@@ -15,6 +15,7 @@ from typing import IO
 import portalocker
 
 from slipscale.experiments.lab.console.private_folder import private_folder
+from slipscale.faults.message import Message
 
 
 class Presence:
@@ -55,9 +56,10 @@ class Presence:
         ports = ", ".join(str(port) for port in self.others())
         if not ports:
             return ()
-        sentence = (
-            f"another console for this folder is open (port {ports}): all consoles show and "
-            "control the same session, and the first request takes effect"
+        sentence = Message(
+            "another console for this folder is open (port {ports}): all consoles show and "
+            "control the same session, and the first request takes effect",
+            ports=ports,
         )
         return (sentence,)
 

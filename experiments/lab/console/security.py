@@ -28,7 +28,7 @@ from starlette.datastructures import Headers, MutableHeaders
 from starlette.responses import HTMLResponse, PlainTextResponse, Response
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-from slipscale.experiments.lab.console.page_texts import LANGUAGES
+from slipscale.experiments.lab.console.page_texts import languages
 
 LARGEST_BODY = 1_000_000
 TO_THE_PAGES = (
@@ -152,7 +152,7 @@ class Guard:
             # Remove the token from the address bar. A redirect would not work, because a browser
             # that opened a local file does not send strict cookies to the redirect's target.
             chosen = query.get("lang", [""])[0]
-            language = f"?lang={chosen}" if chosen in LANGUAGES else ""
+            language = f"?lang={chosen}" if chosen in languages() else ""
             opened = HTMLResponse(TO_THE_PAGES.format(f"/{language}"))
             secret = access.entrance.secret
             opened.set_cookie(

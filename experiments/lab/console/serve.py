@@ -134,8 +134,11 @@ def _listen(host: str, port: int) -> socket.socket:
         return socket.create_server((host, port))
     except OSError as error:
         raise UserError(
-            f"port {port} at {host}: {error.strerror}; is another console open there? Name another "
-            "port with --port, or 0 for any free port"
+            "port {port} at {host}: {reason}; is another console open there? Name another port "
+            "with --port, or 0 for any free port",
+            port=port,
+            host=host,
+            reason=error.strerror,
         ) from None
 
 
@@ -147,8 +150,9 @@ def _check_address(lan: str) -> None:
         address = None
     if address is None or address.version != 4 or address.is_unspecified or address.is_global:  # noqa: PLR2004
         raise UserError(
-            f"--lan {lan}: expected this computer's own address on the laboratory network, such as "
-            "192.168.0.12"
+            "--lan {lan}: expected this computer's own address on the laboratory network, such "
+            "as 192.168.0.12",
+            lan=lan,
         )
 
 
@@ -158,7 +162,8 @@ def _certificate(host: str, place: Path) -> tuple[Path, Path]:
     if not openssl:
         raise UserError(
             "--lan needs openssl to create a certificate; install it, or use an ssh tunnel from "
-            f"another room: ssh -L {PORT}:127.0.0.1:{PORT} THIS-COMPUTER"
+            "another room: ssh -L {port}:127.0.0.1:{port} THIS-COMPUTER",
+            port=PORT,
         )
     certificate, key = place / "certificate.pem", place / "key.pem"
     command = [openssl, "req", "-x509", "-newkey", "ec", "-pkeyopt", "ec_paramgen_curve:P-256"]
@@ -169,7 +174,8 @@ def _certificate(host: str, place: Path) -> tuple[Path, Path]:
     )
     if made.returncode:
         raise UserError(
-            f"openssl failed to create a certificate: {made.stderr.strip().splitlines()[-1]}"
+            "openssl failed to create a certificate: {splitlines}",
+            splitlines=made.stderr.strip().splitlines()[-1],
         )
     return certificate, key
 

@@ -27,6 +27,7 @@ from slipscale.experiments.session.mailbox import beat_ns as beat_ns_of
 from slipscale.experiments.study.file import read_study
 from slipscale.experiments.study.model import Study
 from slipscale.faults import UserError, harmless
+from slipscale.faults.message import Message, from_data
 
 FRESH_S = 1.0
 SILENT_S = 5  # sessions check for requests 20 times per second, except while a surface settles
@@ -168,8 +169,11 @@ def take_snapshot() -> Snapshot:
         defaults = here()
         if defaults.file is None:
             return Snapshot(
-                problem=f"{Path.cwd()}: slipscale.toml is missing; set the folder up on the "
-                "Settings page, or restore the file"
+                problem=Message(
+                    "{cwd}: slipscale.toml is missing; set the folder up on the Settings "
+                    "page, or restore the file",
+                    cwd=Path.cwd(),
+                )
             )
         study, text = read_study(defaults.study)
         roster = read_roster(defaults.data, study, text)
@@ -313,6 +317,11 @@ def findings(text: str) -> list[dict[str, object]] | None:
     """Return the list of findings in a job's JSON output; None if the output is not a list."""
     try:
         found = json.loads(text)
-    except ValueError:
+        if not isinstance(found, list):
+            return None
+        return [
+            {k: harmless(from_data(v)) if isinstance(v, dict) else v for k, v in each.items()}
+            for each in found
+        ]
+    except (ValueError, TypeError, AttributeError):
         return None
-    return found if isinstance(found, list) else None

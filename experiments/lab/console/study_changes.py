@@ -97,8 +97,9 @@ def changed(text: str, change: Change) -> str:
         kept = False
     if not kept:
         raise UserError(
-            f"{SOURCE}: the form cannot make this change in a file written this way; edit the "
-            "file as text"
+            "{source}: the form cannot make this change in a file written this way; edit the "
+            "file as text",
+            source=SOURCE,
         )
     return after
 

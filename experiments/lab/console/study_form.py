@@ -17,7 +17,7 @@ from slipscale.experiments.lab.console.study_changes import Kind
 from slipscale.experiments.study.file import file_names
 from slipscale.experiments.study.schema import UNITS, Schema, study_schema
 from slipscale.faults.toml_lines import Place
-from slipscale.faults.validation import Told, place_in_words
+from slipscale.faults.validation import Told
 from slipscale.stimuli.level_names import is_level
 from slipscale.stimuli.quantity import PLATE_AMPLITUDE, Quantity
 
@@ -129,16 +129,13 @@ class StudyForm:
 
     def _faults_at(self, place: Place, *, items: bool = False) -> tuple[str, ...]:
         """Return the errors at a position and, if ``items`` is True, in the list's elements."""
-        where = place_in_words(place)
         found = [
             each
             for each in self._faults
             if place
             and (
-                each.place == where
-                or (
-                    items and each.place.startswith("item ") and each.place.endswith(f" of {where}")
-                )
+                each.place == place
+                or (items and each.place[:-1] == place and isinstance(each.place[-1], int))
             )
         ]
         self._shown |= {each.whole for each in found}

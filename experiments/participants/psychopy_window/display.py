@@ -70,19 +70,22 @@ def import_visual() -> Any:
             from psychopy import logging, visual  # noqa: PLC0415  seconds; see above
     except ImportError as error:
         raise UserError(
-            f"PsychoPy cannot be loaded: {error}. Run python3 tools/system_packages.py for the "
-            "system libraries, and make setup for the Python packages"
+            "PsychoPy cannot be loaded: {error}. Run python3 tools/system_packages.py for the "
+            "system libraries, and make setup for the Python packages",
+            error=error,
         ) from None
     except OSError as error:
         raise UserError(
-            f"PsychoPy cannot write its settings: {error}. Set HOME to a writable folder"
+            "PsychoPy cannot write its settings: {error}. Set HOME to a writable folder",
+            error=error,
         ) from None
     except Exception as error:
         if type(error).__name__ != "NoSuchDisplayException":
             raise
         raise UserError(
-            f"no display responds at DISPLAY={os.environ.get('DISPLAY')}. Check that the X "
-            "server is running and that this user may use it"
+            "no display responds at DISPLAY={get}. Check that the X server is running and that "
+            "this user may use it",
+            get=os.environ.get("DISPLAY"),
         ) from None
     logging.console.setLevel(logging.CRITICAL)  # the operator uses the terminal
     return visual
@@ -101,7 +104,9 @@ def check_screen(number: int) -> None:
     available = screens()
     if not 0 <= number < len(available):
         known = ", ".join(f"{n} ({size})" for n, size in enumerate(available))
-        raise UserError(f"screen {number}: no such screen; expected one of {known}")
+        raise UserError(
+            "screen {number}: no such screen; expected one of {known}", number=number, known=known
+        )
 
 
 class Pointer:

@@ -315,8 +315,11 @@ def choice_keys(question: ChoiceQuestion | ComparisonQuestion) -> dict[str, Valu
     count = len(question.options)
     if not 1 <= count <= NUMBER_KEYS:
         raise UserError(
-            f"question '{question.prompt}' has {count} options, expected 1 to {NUMBER_KEYS}, "
-            "because each option requires a number key"
+            "question '{prompt}' has {count} options, expected 1 to {number_keys}, because each "
+            "option requires a number key",
+            prompt=question.prompt,
+            count=count,
+            number_keys=NUMBER_KEYS,
         )
     numbers = range(1, count + 1)
     if isinstance(question, ComparisonQuestion):

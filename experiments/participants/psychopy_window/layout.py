@@ -23,6 +23,7 @@ from slipscale.experiments.participants.psychopy_window.scene import (
     Text,
     unbroken,
 )
+from slipscale.faults.message import Message
 
 FILE = "NotoSans-Regular.ttf"
 SMALLEST = 0.6  # relative size of a text that must shrink to fit
@@ -61,9 +62,11 @@ def faults(scene: Scene) -> Iterator[str]:
     laid = [lay(text) for text in texts if text not in strange]
     for each in laid:
         if not each.fits:
-            yield f"{_named(each.content)} is too long for its place on the screen"
+            yield Message(
+                "{named} is too long for its place on the screen", named=_named(each.content)
+            )
         elif max(each.right, -each.left) > HALF_WIDTH or max(each.top, -each.bottom) > HALF_HEIGHT:
-            yield f"{_named(each.content)} extends beyond the screen"
+            yield Message("{named} extends beyond the screen", named=_named(each.content))
     for one, other in combinations(laid, 2):
         across = min(one.right, other.right) - max(one.left, other.left)
         down = min(one.top, other.top) - max(one.bottom, other.bottom)
@@ -72,8 +75,13 @@ def faults(scene: Scene) -> Iterator[str]:
     for text, behind in _backgrounds(scene):
         if (found := contrast(text.colour, behind)) < LEAST_CONTRAST:
             yield (
-                f"{_named(text.content)}: its contrast is {found:.1f} to 1, expected at least "
-                f"{LEAST_CONTRAST:g} to 1"
+                Message(
+                    "{named}: its contrast is {found:.1f} to 1, expected at least "
+                    "{least_contrast:g} to 1",
+                    named=_named(text.content),
+                    found=found,
+                    least_contrast=LEAST_CONTRAST,
+                )
             )
 
 

@@ -107,9 +107,11 @@ def people_for(study: Study, population: Population | None = None) -> Population
         return people
     if people.unit or people.levels != AMPLITUDE_UM_PP:
         raise UserError(
-            f"population '{people.name}': its levels are in {people.unit or 'µm peak to peak'}, "
-            f"but the study's are in {quantity.unit_in_full}; expected a population in the study's "
-            "unit"
+            "population '{people_name}': its levels are in {unit}, but the study's are in "
+            "{unit_in_full}; expected a population in the study's unit",
+            people_name=people.name,
+            unit=people.unit or "µm peak to peak",
+            unit_in_full=quantity.unit_in_full,
         )
     import numpy as np  # noqa: PLC0415 - pilots only
 

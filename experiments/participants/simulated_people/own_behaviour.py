@@ -11,6 +11,7 @@ from importlib.metadata import EntryPoint
 from typing import TYPE_CHECKING, ClassVar, NamedTuple, TypeVar
 
 from slipscale.faults import UserError
+from slipscale.faults.message import Message
 from slipscale.faults.plug_ins import PARTICIPANTS, installed, package_of
 from slipscale.faults.plug_ins import called as watched
 
@@ -139,7 +140,11 @@ class InstalledBehaviour(NamedTuple):
     def named(self) -> str:
         """The name used in messages."""
         package = package_of(self.point)
-        return f"simulated person '{self.point.name}' of the package {package}"
+        return Message(
+            "simulated person '{point_name}' of the package {package}",
+            point_name=self.point.name,
+            package=package,
+        )
 
     def made(self, person: SimulatedPerson) -> Behaviour:
         """Return an instance of the class."""
@@ -167,13 +172,22 @@ def load_behaviour(name: str) -> InstalledBehaviour:
     point = installed(PARTICIPANTS).get(name)
     if point is None:
         raise UserError(
-            f"simulated person '{name}': no installed package provides it; expected "
-            f"{' or '.join(behaviour_names()) or 'the package that provides it to be installed'}"
+            "simulated person '{name}': no installed package provides it; expected "
+            "{behaviour_names}",
+            name=name,
+            behaviour_names=" or ".join(behaviour_names())
+            or "the package that provides it to be installed",
         )
-    subject = f"simulated person '{name}' of the package {package_of(point)}"
+    subject = Message(
+        "simulated person '{name}' of the package {package_of}",
+        name=name,
+        package_of=package_of(point),
+    )
     kind: object = watched(point, point.load, subject)
     if not (isinstance(kind, type) and issubclass(kind, Behaviour)):
         raise UserError(
-            f"{subject}: its entry point is {kind!r}, expected a class derived from Behaviour"
+            "{subject}: its entry point is {kind}, expected a class derived from Behaviour",
+            subject=subject,
+            kind=repr(kind),
         )
     return InstalledBehaviour(kind, point)

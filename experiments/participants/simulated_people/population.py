@@ -46,6 +46,7 @@ from slipscale.experiments.participants.simulated_people.own_behaviour import (
 )
 from slipscale.faults import UserError
 from slipscale.faults.frozen_table import setting
+from slipscale.faults.message import Message
 from slipscale.faults.toml_file import parse_toml
 from slipscale.faults.validation import in_words
 
@@ -214,10 +215,14 @@ class Population(BaseModel):
         known = self.levels
         if not len(known) == len(self.mean_sensation) == len(self.sd_sensation):
             raise ValueError(
-                f"expected the same number of values of {IN_UM}, mean_sensation and sd_sensation"
+                Message(
+                    "expected the same number of values of {in_um}, mean_sensation and "
+                    "sd_sensation",
+                    in_um=IN_UM,
+                )
             )
         if any(low >= high for low, high in pairwise(known)):
-            raise ValueError(f"{IN_UM}: expected ascending values")
+            raise ValueError(Message("{in_um}: expected ascending values", in_um=IN_UM))
         if self.shared + self.trial_to_trial > 1:
             raise ValueError(
                 "shared and trial_to_trial are proportions of the same variance: expected a sum of "
@@ -225,7 +230,13 @@ class Population(BaseModel):
             )
         for mean, sd in zip(self.mean_sensation, self.sd_sensation, strict=True):
             if sd**2 >= mean * (100 - mean):
-                raise ValueError(f"no distribution on 0 to 100 has mean {mean:g} and SD {sd:g}")
+                raise ValueError(
+                    Message(
+                        "no distribution on 0 to 100 has mean {mean:g} and SD {sd:g}",
+                        mean=mean,
+                        sd=sd,
+                    )
+                )
         return self
 
     @property
@@ -369,8 +380,10 @@ def read_population(name: str) -> Population:
     """
     if name in POPULATIONS and name in behaviour_names():
         raise UserError(
-            f"{load_behaviour(name).named}: '{name}' is a shipped population; expected a "
-            "different name for the entry point"
+            "{named}: '{name}' is a shipped population; expected a different name for the entry "
+            "point",
+            named=load_behaviour(name).named,
+            name=name,
         )
     if name in POPULATIONS:
         return POPULATIONS[name]()
@@ -382,8 +395,11 @@ def read_population(name: str) -> Population:
         reason = error.strerror if isinstance(error, OSError) else "it is not UTF-8 text"
         known = ", ".join([*POPULATIONS, *behaviour_names()])
         raise UserError(
-            f"population '{name}': {reason}; expected a TOML file or one of the available "
-            f"populations: {known}"
+            "population '{name}': {reason}; expected a TOML file or one of the available "
+            "populations: {known}",
+            name=name,
+            reason=reason,
+            known=known,
         ) from None
     found = parse_toml(text, name, Population)
     if found.behaviour:
@@ -398,4 +414,6 @@ def _of_package(name: str) -> Population:
         return Population.model_validate({**own, "name": name, OWN: name})
     except (TypeError, ValueError) as error:
         message = in_words(error) if isinstance(error, ValidationError) else error
-        raise UserError(f"{behaviour.named}: its population is invalid: {message}") from None
+        raise UserError(
+            "{named}: its population is invalid: {message}", named=behaviour.named, message=message
+        ) from None

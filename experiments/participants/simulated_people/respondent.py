@@ -39,6 +39,7 @@ from slipscale.experiments.steps.replies import Reply
 from slipscale.experiments.steps.steps import Adjust, Ask, Explore, Feedback, Instruct, Rest
 from slipscale.experiments.steps.trial import Value, factor_level
 from slipscale.faults import UserError
+from slipscale.faults.message import Message
 
 if TYPE_CHECKING:
     from slipscale.experiments.study.run_plan import RunPlan
@@ -49,9 +50,11 @@ LEAST_RATIO = 0.01  # smallest ratio that a person enters
 
 def unanswered(protocol: str, name: str) -> str:
     """Format the error message for a question that simulated participants cannot answer."""
-    return (
-        f"{protocol}: no simulated participant can answer '{name}', so the study cannot be "
-        "piloted; expected a function for this question in the protocol's 'simulated'"
+    return Message(
+        "{protocol}: no simulated participant can answer '{name}', so the study cannot be "
+        "piloted; expected a function for this question in the protocol's 'simulated'",
+        protocol=protocol,
+        name=name,
     )
 
 
@@ -176,7 +179,7 @@ class Respondent:
             who, person = self._behaviour.named, self._person
             value = self._behaviour.ask(lambda: answer(step, person))
         if wrong := misfit(step, value):
-            raise UserError(f"{who} {wrong}")
+            raise UserError("{who} {wrong}", who=who, wrong=wrong)
         return value
 
     # The next members implement `SimulatedPerson`, through which protocols generate answers.
@@ -296,8 +299,10 @@ class Respondent:
         time_s: object = behaviour.ask(lambda: person.duration_s(step, usual_s))
         if not isinstance(time_s, int | float) or not 0 <= time_s < math.inf:
             raise UserError(
-                f"{behaviour.named}: the duration of a step is {time_s!r}; expected a number of "
-                "seconds, 0 or more"
+                "{named}: the duration of a step is {time_s}; expected a number of seconds, 0 or "
+                "more",
+                named=behaviour.named,
+                time_s=repr(time_s),
             )
         return float(time_s)
 

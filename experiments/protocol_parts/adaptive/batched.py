@@ -49,11 +49,14 @@ class QuestPlusBatch:
             If ``runs`` is below 1, or the runs do not fit in memory.
         """
         if runs < 1:
-            raise UserError(f"QUEST+: {runs} runs, expected 1 or more")
+            raise UserError("QUEST+: {runs} runs, expected 1 or more", runs=runs)
         if runs * rule.prior.size > LARGEST_BATCH:
             raise UserError(
-                f"QUEST+: {runs} runs of {rule.prior.size} combinations of parameters do not fit "
-                f"in memory, expected at most {LARGEST_BATCH // rule.prior.size} runs at once"
+                "QUEST+: {runs} runs of {size} combinations of parameters do not fit in memory, "
+                "expected at most {largest_batch} runs at once",
+                runs=runs,
+                size=rule.prior.size,
+                largest_batch=LARGEST_BATCH // rule.prior.size,
             )
         return cls(rule=rule, posteriors=np.tile(rule.prior, (runs, 1)))
 

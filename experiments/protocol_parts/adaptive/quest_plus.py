@@ -68,7 +68,11 @@ class QuestPlus:
 
     def __post_init__(self) -> None:
         if self.curve not in CURVES:
-            raise UserError(f"QUEST+: curve is {self.curve!r}, expected one of {', '.join(CURVES)}")
+            raise UserError(
+                "QUEST+: curve is {curve}, expected one of {curves}",
+                curve=repr(self.curve),
+                curves=", ".join(CURVES),
+            )
         tiny = float(np.finfo(float).tiny)
         _check_grid("levels", self.levels, lowest=0.0)
         _check_grid("thresholds", self.threshold_levels, lowest=tiny)
@@ -77,12 +81,16 @@ class QuestPlus:
         check_between("QUEST+", "the largest lapse", self.lapses[-1], 0.0, LARGEST_LAPSE)
         check_between("QUEST+", "guess", self.guess, 0.0, 1.0 - self.lapses[-1])
         if len({rounded(level) for level in self.levels}) < len(self.levels):
-            raise UserError(f"QUEST+: two levels are the same at {DECIMALS} decimals")
+            raise UserError(
+                "QUEST+: two levels are the same at {decimals} decimals", decimals=DECIMALS
+            )
         weights = self.threshold_weights
         if weights and len(weights) != len(self.threshold_levels):
             raise UserError(
-                f"QUEST+: {len(weights)} threshold_weights for {len(self.threshold_levels)} "
-                "thresholds, expected equal numbers"
+                "QUEST+: {count} threshold_weights for {count_2} thresholds, expected equal "
+                "numbers",
+                count=len(weights),
+                count_2=len(self.threshold_levels),
             )
         if weights and not (np.isfinite(weights).all() and min(weights) >= 0 and max(weights) > 0):
             raise UserError(
@@ -92,9 +100,12 @@ class QuestPlus:
         cells = len(self.levels) * int(np.prod(self.shape))
         if cells > LARGEST_GRID:
             raise UserError(
-                f"QUEST+: {len(self.levels)} levels times {cells // len(self.levels)} "
-                f"combinations of parameters are {cells} cells, more than {LARGEST_GRID}; use "
-                "coarser grids"
+                "QUEST+: {count} levels times {cells} combinations of parameters are {cells_2} "
+                "cells, more than {largest_grid}; use coarser grids",
+                count=len(self.levels),
+                cells=cells // len(self.levels),
+                cells_2=cells,
+                largest_grid=LARGEST_GRID,
             )
 
     @property
@@ -208,9 +219,10 @@ class QuestPlusTrack:
         total = posterior.sum()
         if not total > 0:
             raise UserError(
-                "QUEST+: no combination of parameters allows "
-                f"{'a correct' if correct else 'a wrong'} answer at "
-                f"{self.rule.levels[level_index]:g}; allow lapses above 0"
+                "QUEST+: no combination of parameters allows {given} answer at {levels:g}; allow "
+                "lapses above 0",
+                given="a correct" if correct else "a wrong",
+                levels=self.rule.levels[level_index],
             )
         return type(self)(
             rule=self.rule, posterior=_frozen(posterior / total), trials=self.trials + 1
@@ -241,12 +253,14 @@ def _frozen(array: Array) -> Array:
 
 def _check_grid(name: str, values: Sequence[float], *, lowest: float) -> None:
     if not values:
-        raise UserError(f"QUEST+: {name} is empty, expected at least one value")
+        raise UserError("QUEST+: {name} is empty, expected at least one value", name=name)
     array = np.asarray(values, float)
     if not np.isfinite(array).all() or np.any(np.diff(array) <= 0):
-        raise UserError(f"QUEST+: {name} must be finite and ascending")
+        raise UserError("QUEST+: {name} must be finite and ascending", name=name)
     if array[0] < lowest:
         raise UserError(
-            f"QUEST+: {name} begins at {array[0]:g}, expected "
-            f"{'0 or more' if lowest == 0 else 'above 0'}"
+            "QUEST+: {name} begins at {array:g}, expected {given}",
+            name=name,
+            array=array[0],
+            given="0 or more" if lowest == 0 else "above 0",
         )

@@ -52,8 +52,9 @@ def staircase(
     """
     if down_after not in STEP_RATIOS:
         raise UserError(
-            f"staircase: down_after is {down_after}, expected one of "
-            f"{', '.join(map(str, STEP_RATIOS))}"
+            "staircase: down_after is {down_after}, expected one of {step_ratios}",
+            down_after=down_after,
+            step_ratios=", ".join(map(str, STEP_RATIOS)),
         )
     return UpDown(
         start_level=start_level,

@@ -40,24 +40,34 @@ class Stopping:
     def __post_init__(self) -> None:
         if not 1 <= self.most_trials <= MOST_TRIALS:
             raise UserError(
-                f"stopping: most_trials is {self.most_trials}, expected 1 to {MOST_TRIALS}"
+                "stopping: most_trials is {most_trials}, expected 1 to {most_trials_2}",
+                most_trials=self.most_trials,
+                most_trials_2=MOST_TRIALS,
             )
         if not 1 <= self.least_trials <= self.most_trials:
             raise UserError(
-                f"stopping: least_trials is {self.least_trials}, expected 1 to most_trials "
-                f"({self.most_trials})"
+                "stopping: least_trials is {least_trials}, expected 1 to most_trials "
+                "({most_trials})",
+                least_trials=self.least_trials,
+                most_trials=self.most_trials,
             )
         if self.reversals is not None and self.reversals < 1:
-            raise UserError(f"stopping: reversals is {self.reversals}, expected 1 or more")
+            raise UserError(
+                "stopping: reversals is {reversals}, expected 1 or more", reversals=self.reversals
+            )
         if self.threshold_sd_log10 is not None and not self.threshold_sd_log10 > 0:
             raise UserError(
-                f"stopping: threshold_sd_log10 is {self.threshold_sd_log10}, expected above 0"
+                "stopping: threshold_sd_log10 is {threshold_sd_log10}, expected above 0",
+                threshold_sd_log10=self.threshold_sd_log10,
             )
         # The first step cannot be a reversal, so n reversals take at least n + 1 steps.
         if self.reversals is not None and self.reversals >= self.most_trials:
             raise UserError(
-                f"stopping: {self.reversals} reversals take at least {self.reversals + 1} trials, "
-                f"but most_trials is {self.most_trials}: this rule could never stop"
+                "stopping: {reversals} reversals take at least {reversals_2} trials, but "
+                "most_trials is {most_trials}: this rule could never stop",
+                reversals=self.reversals,
+                reversals_2=self.reversals + 1,
+                most_trials=self.most_trials,
             )
 
     def check(self, track: Track) -> None:
@@ -66,14 +76,17 @@ class Stopping:
         for name in ("reversals", "threshold_sd_log10"):
             if getattr(self, name) is not None and getattr(progress, name) is None:
                 raise UserError(
-                    f"stopping: this method has no {name}, so this rule could never stop a track; "
-                    "use another rule, or most_trials alone"
+                    "stopping: this method has no {name}, so this rule could never stop a track; "
+                    "use another rule, or most_trials alone",
+                    name=name,
                 )
         wanted, known = self.threshold_sd_log10, progress.threshold_sd_log10
         if wanted is not None and known is not None and known <= wanted:
             raise UserError(
-                f"stopping: threshold_sd_log10 is {wanted:g}, but the grid of thresholds has a "
-                f"spread of {known:.3g} before any answer; expected a smaller value"
+                "stopping: threshold_sd_log10 is {wanted:g}, but the grid of thresholds has a "
+                "spread of {known:.3g} before any answer; expected a smaller value",
+                wanted=wanted,
+                known=known,
             )
 
     def reason(self, progress: Progress) -> str | None:

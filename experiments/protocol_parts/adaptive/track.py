@@ -59,10 +59,22 @@ def check_positive(where: str, name: str, values: Iterable[float]) -> None:
     """Raise `UserError` unless all values are finite and above 0."""
     for value in values:
         if not (math.isfinite(value) and value > 0):
-            raise UserError(f"{where}: {name} is {value:g}, expected a finite number above 0")
+            raise UserError(
+                "{where}: {name} is {value:g}, expected a finite number above 0",
+                where=where,
+                name=name,
+                value=value,
+            )
 
 
 def check_between(where: str, name: str, value: float, low: float, high: float) -> None:
     """Raise `UserError` unless a value is in the range from ``low`` to ``high``."""
     if not (math.isfinite(value) and low <= value <= high):
-        raise UserError(f"{where}: {name} is {value:g}, expected {low:g} to {high:g}")
+        raise UserError(
+            "{where}: {name} is {value:g}, expected {low:g} to {high:g}",
+            where=where,
+            name=name,
+            value=value,
+            low=low,
+            high=high,
+        )

@@ -67,21 +67,34 @@ class UpDown:
     def __post_init__(self) -> None:
         where = "staircase"
         if not self.steps_up:
-            raise UserError(f"{where}: steps_up is empty, expected at least one step size")
+            raise UserError(
+                "{where}: steps_up is empty, expected at least one step size", where=where
+            )
         check_positive(where, "steps_up", self.steps_up)
         check_positive(where, "down_to_up", [self.down_to_up])
         if self.down_after < 1:
-            raise UserError(f"{where}: down_after is {self.down_after}, expected 1 or more")
+            raise UserError(
+                "{where}: down_after is {down_after}, expected 1 or more",
+                where=where,
+                down_after=self.down_after,
+            )
         least = 0.0 if self.scale == "linear" else 10.0**-DECIMALS
         if not (math.isfinite(self.lowest_level) and self.lowest_level >= least):
             raise UserError(
-                f"{where}: the lowest level is {self.lowest_level:g}, expected "
-                f"{least:g} or more on the {self.scale} scale"
+                "{where}: the lowest level is {lowest_level:g}, expected {least:g} or more on "
+                "the {scale} scale",
+                where=where,
+                lowest_level=self.lowest_level,
+                least=least,
+                scale=self.scale,
             )
         if not (math.isfinite(self.highest_level) and self.highest_level > self.lowest_level):
             raise UserError(
-                f"{where}: the highest level is {self.highest_level:g}, expected above the lowest "
-                f"({self.lowest_level:g})"
+                "{where}: the highest level is {highest_level:g}, expected above the lowest "
+                "({lowest_level:g})",
+                where=where,
+                highest_level=self.highest_level,
+                lowest_level=self.lowest_level,
             )
         check_between(
             where, "the first level", self.start_level, self.lowest_level, self.highest_level
@@ -90,8 +103,12 @@ class UpDown:
         if max(self.steps_up) > span:
             unit = "" if self.scale == "linear" else " decades"
             raise UserError(
-                f"{where}: a step up of {max(self.steps_up):g}{unit} is larger than the whole "
-                f"range of levels ({span:.3g}{unit})"
+                "{where}: a step up of {max:g}{unit} is larger than the whole range of levels "
+                "({span:.3g}{unit})",
+                where=where,
+                max=max(self.steps_up),
+                unit=unit,
+                span=span,
             )
 
     @property

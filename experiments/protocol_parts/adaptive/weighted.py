@@ -36,7 +36,9 @@ def weighted(
     3.0
     """
     if not 0 < target < 1:
-        raise UserError(f"weighted up-down: target is {target:g}, expected between 0 and 1")
+        raise UserError(
+            "weighted up-down: target is {target:g}, expected between 0 and 1", target=target
+        )
     return UpDown(
         start_level=start_level,
         lowest_level=lowest_level,

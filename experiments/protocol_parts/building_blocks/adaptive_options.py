@@ -171,8 +171,10 @@ class AdaptiveOptions(RestedOptions):
     def _quest_plus(self, guess: float) -> QuestPlus:
         if self.highest_level <= self.lowest_level:
             raise UserError(
-                f"QUEST+: the highest level is {self.highest_level:g}, expected above the lowest "
-                f"({self.lowest_level:g})"
+                "QUEST+: the highest level is {highest_level:g}, expected above the lowest "
+                "({lowest_level:g})",
+                highest_level=self.highest_level,
+                lowest_level=self.lowest_level,
             )
         low, high = math.log10(self.lowest_level), math.log10(self.highest_level)
         spans = max(self.quest_levels - 1, 1)

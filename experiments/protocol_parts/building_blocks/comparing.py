@@ -138,7 +138,12 @@ def enough_surfaces(protocol: str, fewest: int) -> Callable[[object, Context], N
 
     def check(_options: object, context: Context) -> None:
         if (available := len(context.surfaces)) < fewest:
-            raise UserError(f"{protocol} needs {fewest} surfaces, but the study has {available}")
+            raise UserError(
+                "{protocol} needs {fewest} surfaces, but the study has {available}",
+                protocol=protocol,
+                fewest=fewest,
+                available=available,
+            )
 
     return check
 

@@ -44,9 +44,10 @@ def without_repeats(kinds: int, each: int, stream: Stream) -> list[int]:
         raise UserError(ALONE)
     if kinds * each > MOST:
         raise UserError(
-            f"{kinds * each} trials are too many for an order without immediate repeats; at most "
-            f'{MOST} can be drawn with randomisation = "simple"; use "blocked", or fewer '
-            "repetitions"
+            "{kinds} trials are too many for an order without immediate repeats; at most {most} "
+            'can be drawn with randomisation = "simple"; use "blocked", or fewer repetitions',
+            kinds=kinds * each,
+            most=MOST,
         )
     counts = _counts(each, kinds)
     order = [0] * each

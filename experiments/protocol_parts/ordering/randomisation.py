@@ -11,6 +11,8 @@ from collections.abc import Sequence
 from statistics import NormalDist
 from typing import TypeVar
 
+from slipscale.faults.message import Message
+
 Item = TypeVar("Item")
 
 
@@ -44,7 +46,7 @@ class Stream:
     def below(self, bound: int) -> int:
         """Return a random integer, uniform on 0 ... bound - 1, without modulo bias."""
         if not 0 < bound <= 1 << 64:
-            raise ValueError(f"bound is {bound}, expected 1 to 2**64")
+            raise ValueError(Message("bound is {bound}, expected 1 to 2**64", bound=bound))
         limit = (1 << 64) - (1 << 64) % bound
         while True:
             drawn = self.bits()

@@ -132,9 +132,13 @@ class SerialBoard(PlateDriver):
         level, q = surface.settled_level, self.limits.quantity
         if 0 < level < wire.RESOLUTION / 2 / ROUNDED_SHARE:
             raise UserError(
-                f"{self.port}: the board reports levels only to {wire.RESOLUTION:.4f} "
-                f"{q.unit_in_short}, which is too coarse for {q.short(level)}; use a smaller unit "
-                "in the plate file and the study"
+                "{port}: the board reports levels only to {resolution:.4f} {unit_in_short}, "
+                "which is too coarse for {level}; use a smaller unit in the plate file and the "
+                "study",
+                port=self.port,
+                resolution=wire.RESOLUTION,
+                unit_in_short=q.unit_in_short,
+                level=q.short(level),
             )
         return super().check_supported(surface, sensors=sensors)
 
@@ -161,7 +165,10 @@ class SerialBoard(PlateDriver):
         status = self._status(link)
         while status.state == "RAMP" or self._rings(level, status):
             if self._host.now() - begun_s > LONGEST_SETTLING_S:
-                raise PlateTimeout(f"the plate did not settle within {LONGEST_SETTLING_S:g} s")
+                raise PlateTimeout(
+                    "the plate did not settle within {longest_settling_s:g} s",
+                    longest_settling_s=LONGEST_SETTLING_S,
+                )
             self._host.sleep(POLL_S)
             status = self._status(self._attend())
         if level > 0:
@@ -169,7 +176,9 @@ class SerialBoard(PlateDriver):
             watch.check_status(status, active, self.limits, port=self.port)
             self._active = active
         elif status.state in wire.VIBRATING:
-            raise ProtocolViolation(f"{self.port}: the board reports {status.state} after AMPL 0")
+            raise ProtocolViolation(
+                "{port}: the board reports {state} after AMPL 0", port=self.port, state=status.state
+            )
         return Presentation(
             commanded_level=level,
             readback=self._readback(status),
@@ -270,7 +279,7 @@ class SerialBoard(PlateDriver):
         if self._fault is not None:
             raise self._fault
         if self._link is None:
-            raise ConnectionLost(f"{self.port}: not connected")
+            raise ConnectionLost("{port}: not connected", port=self.port)
         return self._link
 
     def _status(self, link: BoardLink) -> wire.BoardStatus:
@@ -294,9 +303,12 @@ class SerialBoard(PlateDriver):
             unit = wire.UNIT
         if unit != quantity.suffix:
             raise WrongDevice(
-                f"{self.port}: the board's amplitudes are in {unit}, but {quantity.suffix} "
-                f"({quantity.unit_in_full}) was expected; to use another unit, set it in a "
-                "plate file"
+                "{port}: the board's amplitudes are in {unit}, but {suffix} ({unit_in_full}) was "
+                "expected; to use another unit, set it in a plate file",
+                port=self.port,
+                unit=unit,
+                suffix=quantity.suffix,
+                unit_in_full=quantity.unit_in_full,
             )
 
     def _learn_lists(self, link: BoardLink, firmware: str) -> None:
@@ -331,9 +343,13 @@ class SerialBoard(PlateDriver):
             and ours.frequency_min_hz < board.frequency_max_hz
         ):
             raise WrongDevice(
-                f"{self.port}: the board drives {board.frequency_min_hz:g} to "
-                f"{board.frequency_max_hz:g} Hz, but the plate's limits are "
-                f"{ours.frequency_min_hz:g} to {ours.frequency_max_hz:g} Hz"
+                "{port}: the board drives {frequency_min_hz:g} to {frequency_max_hz:g} Hz, but "
+                "the plate's limits are {ours_frequency_min_hz:g} to {ours_frequency_max_hz:g} Hz",
+                port=self.port,
+                frequency_min_hz=board.frequency_min_hz,
+                frequency_max_hz=board.frequency_max_hz,
+                ours_frequency_min_hz=ours.frequency_min_hz,
+                ours_frequency_max_hz=ours.frequency_max_hz,
             )
         self.limits = replace(
             ours,
@@ -351,7 +367,10 @@ def _identity(answer: str, port: str) -> PlateIdentity:
     fields = answer.split(",")
     if len(fields) != len(PlateIdentity.__slots__) or fields[1] != wire.PROTOCOL:
         raise WrongDevice(
-            f"{port}: the device identifies itself as '{answer}'; expected a {wire.PROTOCOL} board",
+            "{port}: the device identifies itself as '{answer}'; expected a {protocol} board",
+            port=port,
+            answer=answer,
+            protocol=wire.PROTOCOL,
             level_free=False,
         )
     return PlateIdentity(
@@ -363,9 +382,13 @@ def _parsed(parse: Callable[[str], T], value: str) -> T:
     try:
         return parse(value)
     except wire.ImpossibleValue as error:
-        raise ProtocolViolation(f"the board reports impossible limits: {error}") from error
+        raise ProtocolViolation(
+            "the board reports impossible limits: {error}", error=error
+        ) from error
     except ValueError as error:
-        raise GarbledReply(f"the board answered '{value}', which cannot be read") from error
+        raise GarbledReply(
+            "the board answered '{value}', which cannot be read", value=value
+        ) from error
 
 
 def open_plate(address: str, *, clock: Clock, seed: int) -> PlateDriver:  # noqa: ARG001 - real

@@ -97,7 +97,7 @@ class BoardLink:
                 foreign += self._foreign if started else 0
                 if foreign >= FOREIGN_LINES:
                     raise WrongDevice(
-                        f"{self._line.port}: the device does not use the plate's protocol"
+                        "{port}: the device does not use the plate's protocol", port=self._line.port
                     ) from fault
                 if self._clock.now() - begun_s > GREETING_S:
                     raise
@@ -127,9 +127,14 @@ class BoardLink:
                     return self._value(reply, body)
         if self._foreign:
             raise GarbledReply(
-                f"{self._line.port}: the answers to {_word(body)} cannot be read", level_free=True
+                "{port}: the answers to {word} cannot be read",
+                port=self._line.port,
+                word=_word(body),
+                level_free=True,
             )
-        raise PlateTimeout(f"{self._line.port}: the board did not answer {_word(body)}")
+        raise PlateTimeout(
+            "{port}: the board did not answer {word}", port=self._line.port, word=_word(body)
+        )
 
     def stop_now(self) -> None:
         """Send the stop byte immediately, even if another thread is waiting for an answer."""
@@ -159,11 +164,16 @@ class BoardLink:
         if self._boot is None:
             self._boot = reply.boot
         if reply.boot != self._boot:
-            raise ConnectionLost(f"{self._line.port}: the board restarted, so its output is off")
+            raise ConnectionLost(
+                "{port}: the board restarted, so its output is off", port=self._line.port
+            )
         if reply.code != wire.OK:
             fault = REFUSALS.get(reply.code, PlateRefused)
             raise fault(
-                f"the board refused {_word(body)}: {reply.value} ({reply.code})",
+                "the board refused {word}: {reply_value} ({code})",
+                word=_word(body),
+                reply_value=reply.value,
+                code=reply.code,
                 level_free=not any(character.isdigit() for character in reply.value),
             )
         return reply.value

@@ -11,6 +11,7 @@ from binascii import crc_hqx
 from dataclasses import dataclass
 from typing import Final
 
+from slipscale.faults.message import Message
 from slipscale.stimuli.modulation import Loop
 
 PROTOCOL: Final = "slipscale-plate-1"  # the model field of *IDN?
@@ -244,7 +245,7 @@ def parse_list_limits(value: str) -> ListLimits:
 def _finite(text: str) -> float:
     number = float(text)
     if not math.isfinite(number):
-        raise ValueError(f"'{text}' is not a number")
+        raise ValueError(Message("'{text}' is not a number", text=text))
     return number
 
 

@@ -85,7 +85,9 @@ class SerialLine:
         try:
             return action()
         except UNPLUGGED as error:
-            raise ConnectionLost(f"{self.port}: the device was disconnected ({error})") from error
+            raise ConnectionLost(
+                "{port}: the device was disconnected ({error})", port=self.port, error=error
+            ) from error
 
 
 def _opening_fault(port: str, error: Exception) -> PlateFault:
@@ -93,7 +95,7 @@ def _opening_fault(port: str, error: Exception) -> PlateFault:
     number = getattr(error, "errno", None)
     if number in OPENING:
         fault, what = OPENING[number]
-        return fault(f"{port}: {what}", level_free=True)
+        return fault("{port}: {what}", port=port, what=what, level_free=True)
     if "PermissionError" in str(error):
-        return PlateBusy(f"{port}: another program is using this port", level_free=True)
-    return PlateNotFound(f"{port}: cannot be opened ({error})")
+        return PlateBusy("{port}: another program is using this port", port=port, level_free=True)
+    return PlateNotFound("{port}: cannot be opened ({error})", port=port, error=error)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from slipscale.faults.message import Message
 from slipscale.hardware.errors import (
     ConnectionLost,
     NotReached,
@@ -53,8 +54,12 @@ class ActivePresentation:
 
     def what(self, quantity: Quantity) -> str:
         """Describe the commanded level."""
-        mean = "a texture with a mean of " if self.state == "LIST" else ""
-        return mean + quantity.short(self.level)
+        level = quantity.short(self.level)
+        return (
+            Message("a texture with a mean of {level}", level=level)
+            if self.state == "LIST"
+            else level
+        )
 
 
 def check_status(
@@ -63,20 +68,30 @@ def check_status(
     """Raise a `PlateFault` if the status does not match the commanded presentation."""
     if status.state in SILENCED:
         fault, why = SILENCED[status.state]
-        raise fault(f"{port}: {why}", level_free=True)
+        raise fault("{port}: {why}", port=port, why=why, level_free=True)
     measured_level, what = status.level, active.what(limits.quantity)
     if status.state == "SAT":
         unit = limits.quantity.unit_in_short
         reached = "less" if measured_level is None else f"{measured_level:.3f} {unit}"
         raise NotReached(
-            f"{what} was commanded, but the plate reaches {reached} at {status.voltage_v:.1f} V"
+            "{what} was commanded, but the plate reaches {reached} at {voltage_v:.1f} V",
+            what=what,
+            reached=reached,
+            voltage_v=status.voltage_v,
         )
     if active.state == FOLLOWS:
         return
     if status.state == "RAMP":
-        raise NotReached(f"{what} was commanded, but the plate does not settle at this level")
+        raise NotReached(
+            "{what} was commanded, but the plate does not settle at this level", what=what
+        )
     if status.state != active.state:
-        raise PlateRefused(f"{port}: the board reports {status.state}, not {active.state}")
+        raise PlateRefused(
+            "{port}: the board reports {state}, not {active_state}",
+            port=port,
+            state=status.state,
+            active_state=active.state,
+        )
     if measured_level is not None:
         limits.check_reached(active.level, measured_level)
     if active.predicted_v is not None:

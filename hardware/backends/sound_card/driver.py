@@ -32,6 +32,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from slipscale.faults import UserError
+from slipscale.faults.message import Message
 from slipscale.hardware import address as addresses
 from slipscale.hardware.backends import drive_of_level
 from slipscale.hardware.backends.gain import agreed_gain
@@ -144,9 +145,11 @@ class SoundCard(PlateDriver):
         highest_hz = PASSBAND * rate_hz
         if highest_hz <= self.limits.frequency_min_hz:
             raise UserError(
-                f"plate 'sound': rate is {rate_hz:g} Hz, which supports at most "
-                f"{highest_hz:g} Hz; the plate is driven at {self.limits.frequency_min_hz:g} "
-                "Hz or more"
+                "plate 'sound': rate is {rate_hz:g} Hz, which supports at most {highest_hz:g} "
+                "Hz; the plate is driven at {frequency_min_hz:g} Hz or more",
+                rate_hz=rate_hz,
+                highest_hz=highest_hz,
+                frequency_min_hz=self.limits.frequency_min_hz,
             )
         self.limits = replace(
             self.limits,
@@ -202,8 +205,12 @@ class SoundCard(PlateDriver):
             self._unstoppable = None
         except (sounddevice.PortAudioError, ValueError) as error:
             raise PlateNotFound(
-                f"sound device '{self.device}': it cannot be opened with {CHANNELS} channels at "
-                f"{carrier.rate_hz:g} Hz ({error})"
+                "sound device '{device}': it cannot be opened with {channels} channels at "
+                "{rate_hz:g} Hz ({error})",
+                device=self.device,
+                channels=CHANNELS,
+                rate_hz=carrier.rate_hz,
+                error=error,
             ) from error
         # Cards report no serial number, so each card and channel counts as a device.
         return PlateIdentity(
@@ -257,15 +264,19 @@ class SoundCard(PlateDriver):
         self.limits.check_voltage(voltage_v)
         if voltage_v > self.amplifier_gain:
             raise OverLimit(
-                f"{voltage_v:g} V peak at the plate is more than the card's full scale, "
-                f"{self.amplifier_gain:g} V"
+                "{voltage_v:g} V peak at the plate is more than the card's full scale, "
+                "{amplifier_gain:g} V",
+                voltage_v=voltage_v,
+                amplifier_gain=self.amplifier_gain,
             )
 
     def _until_ramped(self) -> None:
         begun_s = self._machine.now()
         while self._carrier.level != self._carrier.target:
             if self._machine.now() - begun_s > RAMP_S + ENDS_S:
-                raise ConnectionLost(f"sound device '{self.device}': it requests no samples")
+                raise ConnectionLost(
+                    "sound device '{device}': it requests no samples", device=self.device
+                )
             self._machine.sleep(POLL_S)
 
     def _read_back(self) -> Readback:
@@ -286,21 +297,25 @@ class SoundCard(PlateDriver):
 
     def _attend(self) -> None:
         """Record that the session is alive, and raise the stored fault, if any."""
-        name = f"sound device '{self.device}'"
+        name = Message("sound device '{device}'", device=self.device)
         if self._stream is None:
-            raise ConnectionLost(f"{name}: not connected")
+            raise ConnectionLost("{name}: not connected", name=name)
         if not self._stream.active:
-            raise ConnectionLost(f"{name}: it was disconnected")
+            raise ConnectionLost("{name}: it was disconnected", name=name)
         if self._underflows:
             raise PlateBusy(
-                f"{name}: this computer was too slow ({self._underflows} times), so the "
-                "carrier was interrupted",
+                "{name}: this computer was too slow ({underflows} times), so the carrier was "
+                "interrupted",
+                name=name,
+                underflows=self._underflows,
                 level_free=True,
             )
         if self._unattended:
             raise PlateTimeout(
-                f"{name}: the session sent no command for {self._attention_s:g} s, so the "
-                "plate was switched off"
+                "{name}: the session sent no command for {attention_s:g} s, so the plate was "
+                "switched off",
+                name=name,
+                attention_s=self._attention_s,
             )
         self._attended_s = self._machine.now()
 
@@ -312,7 +327,9 @@ class SoundCard(PlateDriver):
             return
         if not self._stream.active:
             if not self._aborted:
-                raise ConnectionLost(f"sound device '{self.device}': it was disconnected")
+                raise ConnectionLost(
+                    "sound device '{device}': it was disconnected", device=self.device
+                )
             return
         try:
             self._until_ramped()
@@ -329,8 +346,10 @@ class SoundCard(PlateDriver):
             self._aborted = True
         except sounddevice.PortAudioError as error:
             self._unstoppable = StillVibrating(
-                f"sound device '{self.device}': it could not be stopped ({error}), so the plate "
-                "may still vibrate"
+                "sound device '{device}': it could not be stopped ({error}), so the plate may "
+                "still vibrate",
+                device=self.device,
+                error=error,
             )
             raise self._unstoppable from error
         self._unstoppable = None

@@ -100,8 +100,11 @@ def membership(data: Dataset) -> pd.Series[str] | NotComputed:
     columns = [str(name) for name in about.columns if name != PARTICIPANT]
     if asked is not None and asked not in columns:
         raise UserError(
-            f"{data.name}: the table of participants has no column '{asked}', the value of "
-            f"analysis.group; found {listed(columns, NAMED) if columns else 'none'}"
+            "{data_name}: the table of participants has no column '{asked}', the value of "
+            "analysis.group; found {listed}",
+            data_name=data.name,
+            asked=asked,
+            listed=listed(columns, NAMED) if columns else "none",
         )
     column = asked or DEFAULT_COLUMN
     if column not in columns:

@@ -13,6 +13,7 @@ from slipscale.experiments.lab.console.actions.forms import Form, Nothing, unuse
 from slipscale.experiments.lab.console.jobs import HELD, Job
 from slipscale.experiments.lab.folder import read_lab, write_settings
 from slipscale.faults import UserError
+from slipscale.faults.message import Message
 from slipscale.hardware.cli.calibrate import BACK, without_calibration
 
 DECIMAL = r"[0-9]+([.,][0-9]*)?"
@@ -72,7 +73,9 @@ def _calibrate(desk: Desk, request: Calibrate) -> str:
         words.append("--prompt")
     elif request.table:
         if request.table not in (path.name for path in Path().glob("*.csv")):
-            raise UserError(f"{request.table}: expected a CSV file in the laboratory folder")
+            raise UserError(
+                "{table}: expected a CSV file in the laboratory folder", table=request.table
+            )
         words += [f"--csv={request.table}", f"--serial={request.serial}"]
     if request.finger:
         words.append("--finger")
@@ -138,7 +141,7 @@ def _adopt(desk: Desk, _: Nothing) -> str:
     spec += f"{',' if ':' in spec else ':'}calibration={made}"
     write_settings(Path(), lab.model_copy(update={"plate": spec}))
     desk.now()
-    return f"saved: the laboratory folder's plate now uses {made}"
+    return Message("saved: the laboratory folder's plate now uses {made}", made=made)
 
 
 def _emulator(desk: Desk, _: Nothing) -> str:

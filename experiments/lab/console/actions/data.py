@@ -14,6 +14,7 @@ from slipscale.experiments.lab.console.state import Snapshot, ended_runs, export
 from slipscale.experiments.lab.unblinding import unblind
 from slipscale.experiments.session.mailbox import LiveRequest, post
 from slipscale.faults import UserError
+from slipscale.faults.message import Message
 
 # The words that confirm unblinding, in the console's languages.
 CONFIRMING = frozenset({"unblind", "voir"})
@@ -28,7 +29,9 @@ class Unblind(Form):
 def check_meant(word: str) -> None:
     """Raise `UserError` unless ``word`` is a confirmation."""
     if word.strip().casefold() not in CONFIRMING:
-        raise UserError(f"expected the word {' or '.join(sorted(CONFIRMING))}")
+        raise UserError(
+            "expected the word {confirming}", confirming=" or ".join(sorted(CONFIRMING))
+        )
 
 
 def _unblind(desk: Desk, request: Unblind) -> str:
@@ -80,25 +83,38 @@ def _exclude(desk: Desk, request: Exclude) -> str:
     back_up_exclusions(found.defaults.out(pilot=request.pilot), request.participant)
     desk.now()
     done = "excluded" if request.excluded else "included again"
-    return f"participant {request.participant} is {done}; this applies from the next analysis"
+    return Message(
+        "participant {participant} is {done}; this applies from the next analysis",
+        participant=request.participant,
+        done=done,
+    )
 
 
 def _withdraw(desk: Desk, request: Withdraw) -> str:
     found = desk.free()
     if request.word.strip() != request.participant:
-        raise UserError(f"expected the participant's label, {request.participant}")
+        raise UserError(
+            "expected the participant's label, {participant}", participant=request.participant
+        )
     dataset = found.defaults.out(pilot=request.pilot)
     removed = withdraw(dataset, request.participant)
     desk.now()
     left = "".join(
-        f" {dataset} was merged from {source}, which may still contain the participant's data: "
-        "withdraw the participant there too."
+        Message(
+            " {dataset} was merged from {source}, which may still contain the participant's "
+            "data: withdraw the participant there too.",
+            dataset=dataset,
+            source=source,
+        )
         for source in sources_with(dataset, request.participant)
     )
-    return (
-        f"participant {request.participant} has withdrawn: {len(removed)} files and folders "
-        "were removed or rewritten, including the results of all participants. Remove any "
-        f"copies of the data that you made elsewhere.{left}"
+    return Message(
+        "participant {participant} has withdrawn: {count} files and folders were removed or "
+        "rewritten, including the results of all participants. Remove any copies of the data "
+        "that you made elsewhere.{left}",
+        participant=request.participant,
+        count=len(removed),
+        left=left,
     )
 
 
@@ -143,14 +159,19 @@ def _work(desk: Desk, request: Work) -> str:
             "the export contains results: unblind first, or wait for all planned participants"
         )
     if found.live and not found.live.pilot:
-        raise UserError(f"a session of participant {found.live.label} is running; end it first")
+        raise UserError(
+            "a session of participant {live_label} is running; end it first",
+            live_label=found.live.label,
+        )
     words = {
         "verify": ("data", "verify", str(data), "--json"),
         "build": ("data", "build", str(data), "--json"),
         "export": ("export", str(data), "--out", str(export_folder(data))),
     }
-    desk.jobs.start(request.what, f"data set: {request.what}", *words[request.what])
-    return f"started: {request.what}"
+    desk.jobs.start(
+        request.what, Message("data set: {what}", what=request.what), *words[request.what]
+    )
+    return Message("started: {what}", what=request.what)
 
 
 def _backup(desk: Desk, _: Nothing) -> str:
@@ -162,7 +183,7 @@ def _backup(desk: Desk, _: Nothing) -> str:
     for journal in missing:
         back_up(data, journal, folder)
     desk.now()
-    return f"copied {len(missing)} runs to {folder}"
+    return Message("copied {count} runs to {folder}", count=len(missing), folder=folder)
 
 
 ACTIONS: Actions = {

@@ -74,11 +74,16 @@ class Desk:
     def check_free(self, found: Snapshot) -> None:
         """Raise `UserError` if the plate is in use."""
         if found.live:
-            raise UserError(f"a session of participant {found.live.label} is running; end it first")
+            raise UserError(
+                "a session of participant {live_label} is running; end it first",
+                live_label=found.live.label,
+            )
         for kind in USING_THE_PLATE:
             job = self.jobs.last(kind)
             if job and job.running:
-                raise UserError(f"{job.about}: still running; wait until it is finished")
+                raise UserError(
+                    "{about}: still running; wait until it is finished", about=job.about
+                )
 
 
 # The form of each action and the function that carries out the action, keyed by the action's name.

@@ -24,6 +24,7 @@ from slipscale.experiments.lab.folder import FILE, LabFile, lab_text, write_sett
 from slipscale.experiments.running.run_state import studies
 from slipscale.experiments.study.file import parse_whole, shipped_studies, study_text
 from slipscale.faults import UserError
+from slipscale.faults.message import Message
 
 # Values of the planning sliders, which require less than a minute of computing time.
 GRID = (
@@ -57,12 +58,13 @@ def _settings(desk: Desk, request: Settings) -> str:
     desk.check_free(desk.state.now(fresh=True))  # also works in a folder without settings
     if text_hash(lab_text(Path())) != request.before:
         raise UserError(
-            f"{FILE} was changed on disk after this page was loaded; reload the page, and "
-            "make the change again"
+            "{file} was changed on disk after this page was loaded; reload the page, and make "
+            "the change again",
+            file=FILE,
         )
     write_settings(Path(), request.settings)
     desk.state.now(fresh=True)
-    return f"saved: {FILE}"
+    return Message("saved: {file}", file=FILE)
 
 
 def _test(desk: Desk, request: Test) -> str:
@@ -110,9 +112,12 @@ def why_not_edited(found: Snapshot) -> str:
     """Return the reason why the study file cannot be edited here; empty if it can."""
     name = found.defaults.study
     if name in shipped_studies():
-        return f"'{name}' comes with Slipscale: make a copy, and edit the copy"
+        return Message("'{name}' comes with Slipscale: make a copy, and edit the copy", name=name)
     if found.study and found.study.name in studies(found.defaults.data):
-        return f"'{name}' already has data, which would not match a changed study; make a copy"
+        return Message(
+            "'{name}' already has data, which would not match a changed study; make a copy",
+            name=name,
+        )
     return ""
 
 
@@ -139,7 +144,7 @@ def _freeze(desk: Desk, request: Freeze) -> str:
     path = unused(f"{PLANNING}/plan-{{:03d}}.zip", len(frozen_plans()) + 1)
     study = found.defaults.study
     desk.jobs.start("freeze", "the plan", "study", "freeze", study, "--out", str(path), *words)
-    return f"freezing: {path}"
+    return Message("freezing: {path}", path=path)
 
 
 def _pilot(desk: Desk, request: Pilot) -> str:
@@ -154,13 +159,14 @@ def _save(desk: Desk, request: Study) -> str:
     path = _study_file(desk.state.now(fresh=True))
     if text_hash(study_text(str(path))) != request.before:
         raise UserError(
-            f"{path}: was changed on disk after this page was loaded; copy your text, "
-            "reload the page, and edit it again"
+            "{path}: was changed on disk after this page was loaded; copy your text, reload the "
+            "page, and edit it again",
+            path=path,
         )
     parse_whole(request.text, str(path))
     write_file(path, request.text)
     desk.now()
-    return f"saved: {path.name}"
+    return Message("saved: {path_name}", path_name=path.name)
 
 
 def _study_file(found: Snapshot) -> Path:
@@ -174,13 +180,13 @@ def _copy(desk: Desk, request: Copy) -> str:
     desk.now()
     path = Path(f"{request.name}.toml")
     if path.exists() or request.name in shipped_studies():
-        raise UserError(f"{path}: already exists; choose another name")
+        raise UserError("{path}: already exists; choose another name", path=path)
     parse_whole(request.text, path.name)
     label = re.sub("[^A-Za-z0-9]+", "_", request.name)
     text = re.sub(r"(?m)^name\s*=.*$", f'name = "{label}"', request.text, count=1)
     parse_whole(text, path.name)
     write_file(path, text)
-    return f"wrote {path}; to use it, select it on the Settings page"
+    return Message("wrote {path}; to use it, select it on the Settings page", path=path)
 
 
 ACTIONS: Actions = {

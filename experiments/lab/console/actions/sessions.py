@@ -12,6 +12,7 @@ from slipscale.experiments.lab.console.actions.forms import Form, Label, Nothing
 from slipscale.experiments.lab.roster import Person
 from slipscale.experiments.session.mailbox import LiveRequest, TrialName, post
 from slipscale.faults import UserError
+from slipscale.faults.message import Message
 from slipscale.hardware.address import is_mock
 
 
@@ -59,17 +60,19 @@ def _begin(desk: Desk, request: Begin) -> str:
     new = roster is not None and request.participant == roster.new
     if not new and not (person and person.next_visit):
         raise UserError(
-            f"participant {request.participant} is no longer next; check the table again"
+            "participant {participant} is no longer next; check the table again",
+            participant=request.participant,
         )
     if is_mock(found.defaults.plate) and not request.pilot:
         raise UserError(
-            f"plate '{found.defaults.plate}' is simulated; participants cannot feel it. "
-            "Set the real plate in slipscale.toml, or begin a rehearsal"
+            "plate '{plate}' is simulated; participants cannot feel it. Set the real plate in "
+            "slipscale.toml, or begin a rehearsal",
+            plate=found.defaults.plate,
         )
     pilot = ("--pilot",) if request.pilot else ()
-    about = f"participant {request.participant}"
+    about = Message("participant {participant}", participant=request.participant)
     desk.jobs.start("session", about, "next", "--yes", "--participant", request.participant, *pilot)
-    return f"{about}: starting the session"
+    return Message("{about}: starting the session", about=about)
 
 
 def _resume(desk: Desk, request: Resume) -> str:
@@ -79,12 +82,12 @@ def _resume(desk: Desk, request: Resume) -> str:
     run = (request.session, request.run, "interrupted")
     for visit in person.visits if person else ():
         if (visit.session, visit.run, visit.state) == run:
-            about = f"participant {request.participant}"
+            about = Message("participant {participant}", participant=request.participant)
             desk.jobs.start("session", about, "resume", str(visit.path))
-            return f"{about}: resuming the session"
+            return Message("{about}: resuming the session", about=about)
     raise UserError(
-        f"the requested run of participant {request.participant} is not interrupted; check the "
-        "table again"
+        "the requested run of participant {participant} is not interrupted; check the table again",
+        participant=request.participant,
     )
 
 
@@ -108,7 +111,7 @@ def _ask(desk: Desk, request: Ask) -> str:
             question=request.question,
         ),
     )
-    return f"request sent to the session: {request.what.replace('_', ' ')}"
+    return Message("request sent to the session: {what}", what=request.what.replace("_", " "))
 
 
 def _acknowledge(desk: Desk, request: Acknowledge) -> str:

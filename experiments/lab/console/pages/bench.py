@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import json
 import re
 from collections.abc import Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import NamedTuple
 
@@ -17,7 +19,8 @@ from slipscale.experiments.lab.console.actions.calibrating import (
 from slipscale.experiments.lab.console.jobs import HELD, Job
 from slipscale.experiments.lab.console.pages.view import View, failure
 from slipscale.experiments.lab.console.plots import WIDE
-from slipscale.faults import RigError, UserError
+from slipscale.faults import RigError, UserError, harmless
+from slipscale.faults.message import Message, from_data
 from slipscale.hardware.calibration.sweep import SweepPlan
 from slipscale.hardware.cli.calibrate import BACK
 from slipscale.hardware.clock import VirtualClock
@@ -92,7 +95,7 @@ def _limits(plate: PlateDriver) -> list[tuple[str, str]]:
     limits, q = plate.limits, plate.limits.quantity
     return [
         ("level", q.short(limits.level)),
-        ("voltage", f"{limits.voltage_v:g} V peak"),
+        ("voltage", Message("{voltage_v:g} V peak", voltage_v=limits.voltage_v)),
         ("tolerance", f"{limits.tolerance:.0%}, {q.short(limits.deviation_level)}"),
         ("on_time", f"{limits.on_time_s:g} s"),
         ("duty", f"{limits.duty:.0%} / {limits.duty_window_s:g} s"),
@@ -110,7 +113,11 @@ def _files(plate: PlateDriver) -> dict[str, object]:
             "instrument": made.made.instrument,
             "resonance": f"{made.resonance.frequency_hz:.1f} Hz",
             "quality": f"{made.resonance.quality_factor:.1f}",
-            "gain": f"{made.gain.um_pp_per_v:.4f} µm p-p / {made.drive.voltage_convention}",
+            "gain": Message(
+                "{um_pp_per_v:.4f} µm p-p / {voltage_convention}",
+                um_pp_per_v=made.gain.um_pp_per_v,
+                voltage_convention=made.drive.voltage_convention,
+            ),
         }
         if made
         else {},
@@ -143,10 +150,9 @@ def _verdicts(job: Job | None) -> list[tuple[str, str, str]]:
     """Return the conformance results so far, as (outcome, rule, detail) tuples."""
     found = []
     for line in job.said().splitlines() if job else ():
-        outcome, rest = line[:15].strip(), line[16:]
-        rule, _, detail = rest.partition(": ")
-        if outcome and rule and not outcome[0].isdigit():
-            found.append((outcome, rule, detail))
+        with suppress(ValueError):  # an incomplete line, or the summary
+            outcome, rule, detail = json.loads(line)
+            found.append((outcome, harmless(from_data(rule)), harmless(from_data(detail))))
     return found
 
 

@@ -19,7 +19,7 @@ from slipscale.experiments.study.file import file_names, parse_whole, shipped_st
 from slipscale.experiments.study.levels import Levels
 from slipscale.experiments.study.tables import Texture
 from slipscale.faults import UserError
-from slipscale.faults.validation import Told, told_in
+from slipscale.faults.validation import Complaint, Told
 from slipscale.stimuli.surface import Surface
 
 SIMULATED = 4  # simulated participants; enough to estimate durations to tenths of a minute
@@ -28,12 +28,14 @@ SIMULATED = 4  # simulated participants; enough to estimate durations to tenths 
 def editor(view: View, text: str, template: str) -> dict[str, Any]:
     """Return the editor contents that are available immediately: form, errors, tasks and trials."""
     source = _source(view, template)
-    faults: list[Told] = []
+    faults: tuple[Told, ...] = ()
     study, whole = None, text
     try:
         study, whole = parse_whole(text, source)
+    except Complaint as error:
+        faults = error.faults
     except UserError as error:
-        faults = told_in(str(error), source)
+        faults = (Told(0, (), str(error), str(error)),)
     try:
         content = tomllib.loads(text)
     except (tomllib.TOMLDecodeError, RecursionError, ValueError):

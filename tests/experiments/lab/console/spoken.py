@@ -1,6 +1,6 @@
 """Sentences that the console can show, collected from the syntax of the modules that make them.
 
-A sentence is its English text with {} for what is inserted. Inserted values are followed to the
+A sentence is the template of a message, or a whole text. Inserted values are followed to the
 constants, variables and functions that they come from, as far as names tell.
 """
 
@@ -98,11 +98,12 @@ def local_in(function):
 def told(node, *, everything):
     """Return the expressions that a node raises or, on request, returns or shows otherwise."""
     match node:
-        case ast.Raise(exc=ast.Call(func=kind, args=arguments)):
+        case ast.Raise(exc=ast.Call(func=kind, args=arguments, keywords=given)):
             word = ast.unparse(kind)
-            return [] if word in INTERNAL else arguments if word[0].isupper() else [node.exc]
-        case ast.Call(func=ast.Name(word), args=arguments) if word in TELLERS:
-            return arguments
+            told_by = [*arguments, *(each.value for each in given)]
+            return [] if word in INTERNAL else told_by if word[0].isupper() else [node.exc]
+        case ast.Call(func=ast.Name(word), args=arguments, keywords=given) if word in TELLERS:
+            return [*arguments, *(each.value for each in given)]
         case ast.keyword(arg="remedy" | "detail" | "what" | "problem", value=value):
             return [value]
         case ast.Return(value=value) | ast.Yield(value=value) if everything and value:
@@ -153,6 +154,10 @@ class Sentences:
         match node:
             case ast.Constant(value=str(text)):
                 return [text]
+            case ast.Call(func=ast.Name("Message"), args=[template], keywords=given):
+                for each in given:
+                    self._keep(each.value, scope)
+                return self._texts(template, scope)
             case ast.JoinedStr(values=parts):
                 for part in parts:
                     if isinstance(part, ast.FormattedValue):

@@ -13,7 +13,7 @@ import pytest
 from slipscale.experiments.lab.console import jobs as job_file
 from slipscale.experiments.lab.console.actions.calibrating import measured_so_far
 from slipscale.experiments.lab.console.jobs import Jobs
-from slipscale.experiments.lab.console.page_texts import page_texts
+from slipscale.experiments.lab.console.page_texts import catalogue
 from slipscale.experiments.lab.folder import read_lab
 from slipscale.hardware.plate_file import Identity
 from tests.support.reported_plate import ReportedPlate
@@ -133,7 +133,7 @@ def test_verdicts_readings_and_failures_are_shown(visitor, words_of):
     said(
         visitor,
         "conform",
-        "conforms        answers ID\ndeparts         stops: too late\n2 rules, 1 violated\n",
+        '["conforms", "answers ID", ""]\n["departs", "stops", "too late"]\n2 rules, 1 violated\n',
         status=1,
     )
     said(
@@ -193,5 +193,5 @@ def running(spec):
 @pytest.mark.parametrize("language", ["en", "fr"])
 @pytest.mark.parametrize("field", Identity.model_fields)
 def test_every_part_of_a_plates_identity_has_its_own_label(language, field):
-    labels = page_texts(language)
+    labels = catalogue(language).texts
     assert labels[f"bench.identity_{field}"] != labels["bench.serial"]

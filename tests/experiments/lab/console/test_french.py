@@ -1,13 +1,18 @@
-"""A French page shows no English sentence."""
+"""A French page shows no English sentence, and a further language is one file."""
 
 import re
+from string import Formatter
 from typing import get_args
 
+import pytest
+
+from slipscale.experiments.lab.console import page_texts
 from slipscale.experiments.lab.console.actions import sessions
-from slipscale.experiments.lab.console.page_texts import Words, page_texts, sentences
+from slipscale.experiments.lab.console.page_texts import ENGLISH, Words, catalogue, languages
 from slipscale.experiments.lab.folder import LabFile
 from slipscale.experiments.study.schema import study_schema
-from slipscale.faults.validation import OTHER, SENTENCES
+from slipscale.faults.message import Message
+from slipscale.faults.validation import OTHER, SENTENCES, complaint, sentences
 from slipscale.hardware.conformance import contract, table
 from slipscale.hardware.errors import FAULTS, PlateFault
 from tests.experiments.lab.console.spoken import Sentences, reached_from, text_of
@@ -47,11 +52,12 @@ UNUSED = tuple(
         *("hardware.emulator.", "hardware.conformance.guided", "experiments.psychopy_builder"),
     )
 )
-WORD = re.compile(r"(?<![\w./\[-])[A-Za-zÀ-ÿ]{2,}(?![\w./\]-])")
-
-
-def words_of(text):
-    return {word.lower() for word in WORD.findall(text)}
+OTHERS = [code for code in languages() if code != ENGLISH]
+# Options, commands, types and units, which the collection of texts also finds.
+NO_MESSAGE = {
+    *("--force daq", "--force simulated", "--position mouse", "--position simulated"),
+    *("dict[str, object]", "slipscale data build {}", "µm peakroughness_um{}", "µm peakµm{}"),
+}
 
 
 def options():
@@ -73,25 +79,22 @@ def shown_sentences():
         if not name.startswith(UNUSED):
             found = Sentences(name, everything=name.startswith(SHOWN)).found
             yield from (each for each in found if possible(each, given))
-    yield from (f"{{}}. {kind.remedy}" for kind in (PlateFault, *FAULTS.values()))
+    yield from (kind.remedy for kind in (PlateFault, *FAULTS.values()))
     yield from (kind.in_general for kind in (PlateFault, *FAULTS.values()))
     asked = get_args(sessions.Ask.model_fields["what"].annotation)
     yield from (what.replace("_", " ") for what in asked)
-    # The values that a literal allows are in quotation marks.
-    faults = (each.replace("{expected}", "'{}'") for each in (*SENTENCES.values(), OTHER))
-    yield from (re.sub(r"\{\w+\}", "{}", each) for each in faults)
+    yield from (*SENTENCES.values(), OTHER)
     yield from (rule for rule, _ in (*table.RULES, *contract.RULES))
 
 
-def test_no_english_is_left_in_what_a_french_page_shows():
-    french, known = Words("fr"), sentences("fr")
-    vocabulary = set().union(*map(words_of, (*known.values(), *page_texts("fr").values())))
-    said = {each: french.say(each) for each in shown_sentences() if each not in known}
-    left = {each: (words_of(each) & words_of(said[each])) - vocabulary for each in said}
-    assert {each: words for each, words in left.items() if words} == {}
+@pytest.mark.parametrize("language", OTHERS)
+def test_every_template_that_a_page_can_show_is_in_every_catalogue(language):
+    known = {each.removeprefix("; ") for each in catalogue(language).messages}
+    assert set(shown_sentences()) - known == NO_MESSAGE
 
 
-def test_every_key_of_a_study_is_described_in_french():
+@pytest.mark.parametrize("language", OTHERS)
+def test_every_key_of_a_study_is_described_in_every_catalogue(language):
     def described(schema):
         tables = schema.values() if isinstance(schema, dict) else schema
         for key in ("description", "unit") if isinstance(schema, dict) else ():
@@ -103,13 +106,52 @@ def test_every_key_of_a_study_is_described_in_french():
     schema = study_schema()
     wanted = {each for part in (schema["properties"], schema["$defs"]) for each in described(part)}
     symbols = {each for each in wanted if not re.search("[a-z]{3}", each)}
-    assert wanted - set(sentences("fr")) == symbols
+    assert wanted - set(catalogue(language).messages) == symbols
 
 
-def test_a_translation_has_the_placeholders_of_its_sentence():
-    for english, french in sentences("fr").items():
-        places = [f"{{{number}}}" for number in range(english.count("{}"))]
-        assert sorted(re.findall(r"\{\d\}", french)) == places
+def fields(template):
+    return {name for _, name, _, _ in Formatter().parse(template) if name is not None}
+
+
+@pytest.mark.parametrize("language", OTHERS)
+def test_a_translation_has_the_placeholders_of_its_template(language):
+    for english, translated in catalogue(language).messages.items():
+        if "{" in english:
+            assert fields(translated) == fields(english), english
+
+
+@pytest.fixture
+def with_german(tmp_path_factory, monkeypatch):
+    """Add a third language, as one file."""
+    folder = tmp_path_factory.mktemp("catalogues")
+    for source in page_texts.CATALOGUES.iterdir():
+        (folder / source.name).write_text(source.read_text(encoding="utf-8"), encoding="utf-8")
+    (folder / "de.toml").write_text(
+        """
+        [page]
+        language = "Deutsch"
+        today = "Heute"
+        [messages]
+        "participant {label} is no longer next; check the table again" = "{label} ist nicht dran"
+        """
+    )
+    monkeypatch.setattr(page_texts, "CATALOGUES", folder)
+    caches = (page_texts.languages, page_texts.catalogue)
+    for each in caches:
+        each.cache_clear()
+    yield
+    for each in caches:
+        each.cache_clear()
+
+
+def test_a_third_language_is_one_file(with_german, visitor, recorded):
+    page = visitor.see("/?lang=de")
+    assert '<html lang="de">' in page
+    assert "Heute" in page
+    assert 'hreflang="fr">Français</a>' in page
+    assert "planned participants have started" in page  # what is missing is English
+    said = Message("participant {label} is no longer next; check the table again", label="03")
+    assert Words("de").say(said) == "03 ist nicht dran"
 
 
 def test_a_french_page_answers_in_french(visitor, recorded):
@@ -131,21 +173,26 @@ def test_a_french_page_answers_in_french(visitor, recorded):
     )
 
 
-def test_an_error_of_several_sentences_is_translated_sentence_by_sentence():
-    said = "a.toml has 2 faults:\n  line 3, seed: expected 0 or more, got -7\n  line 4: is missing"
-    assert Words("fr").say(said).replace("\N{NBSP}", " ") == (
+def test_an_error_with_several_faults_is_translated_with_all_of_them():
+    faults = [
+        (("seed",), {"type": "greater_than_equal", "ctx": {"ge": 0}, "input": -7}),
+        ((), {"type": "missing"}),
+    ]
+    error = complaint("a.toml", sentences(faults, {("seed",): 3, (): 4}.get))
+    assert str(error) == (
+        "a.toml has 2 faults:\n  line 3, seed: expected 0 or more, got -7\n  line 4, is missing"
+    )
+    assert Words("fr").say(str(error)).replace("\N{NBSP}", " ") == (
         "a.toml : 2 erreurs :\n"
         "  ligne 3, seed : 0 ou plus est attendu ; reçu : -7\n"
-        "  ligne 4 : manque"
+        "  ligne 4, manque"
     )
 
 
 def test_an_operator_s_own_words_are_not_translated():
     words = "glove: changed; it is torn"
-    assert (Words("fr").say(words), Words("fr").exact("the glove is missing")) == (
-        words,
-        "the glove is missing",
-    )
+    assert Words("fr").say(words) == words
+    assert Words("fr").say("the glove is missing") == "the glove is missing"
 
 
 def test_a_plate_s_error_is_french(visitor, lab):

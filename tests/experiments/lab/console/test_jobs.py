@@ -4,6 +4,7 @@ import pytest
 
 from slipscale.experiments.lab.console import jobs as job_file
 from slipscale.experiments.lab.console.jobs import Jobs
+from slipscale.experiments.lab.console.page_texts import Words
 from slipscale.experiments.lab.console.state import findings
 from slipscale.faults import UserError
 
@@ -20,6 +21,9 @@ def test_a_job_tells_its_status_and_its_last_complaint(lab):
     job.process.wait()
     assert (job.status, jobs.last("analysis")) == (2, job)
     assert "nothing: no such file or folder" in job.complained()
+    assert "nothing : ce fichier ou dossier" in Words("fr").say(job.complained()).replace(
+        "\xa0", " "
+    )
 
 
 def test_one_of_a_kind_runs_at_a_time(lab, monkeypatch):

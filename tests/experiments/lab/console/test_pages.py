@@ -12,7 +12,7 @@ import pytest
 from slipscale.experiments.dataset.schema import FLAGS
 from slipscale.experiments.lab.blind_summary import EVENTS
 from slipscale.experiments.lab.console.jobs import Job, Jobs
-from slipscale.experiments.lab.console.page_texts import LANGUAGES, page_texts, sentences
+from slipscale.experiments.lab.console.page_texts import catalogue, languages
 from slipscale.experiments.lab.console.plots import scatter
 from slipscale.experiments.lab.folder import LabFile
 from slipscale.experiments.lab.unblinding import unblinded
@@ -54,19 +54,6 @@ def words_of(page):
     return " ".join(body.split())
 
 
-def test_every_key_of_a_study_is_described_in_french():
-    def described(schema):
-        tables = schema.values() if isinstance(schema, dict) else schema
-        if isinstance(schema, dict) and isinstance(schema.get("description"), str):
-            yield schema["description"]
-        for inner in tables if isinstance(schema, dict | list) else ():
-            yield from described(inner)
-
-    schema = study_schema()
-    wanted = {each for part in (schema["properties"], schema["$defs"]) for each in described(part)}
-    assert wanted - set(sentences("fr")) == set()
-
-
 def field_names():
     """Return all names that the study editor's form has for keys."""
     schema = study_schema()
@@ -79,7 +66,7 @@ def field_names():
 
 
 def test_the_languages_say_the_same_with_the_same_blanks():
-    first, *others = (page_texts(language) for language in LANGUAGES)
+    first, *others = (catalogue(language).texts for language in languages())
     # What a setting means is said in English by the schema of slipscale.toml.
     described = {f"setting_why.{key}" for key in LabFile.model_fields}
     # The study's schema and its protocols say in English what its keys and tasks are called.
@@ -99,8 +86,8 @@ def test_no_page_shows_a_name_that_only_the_data_use(visitor, recorded, words_of
     names += [f"check.{name}" for name in CHECKS] + [f"event.{kind}" for kind in EVENTS]
     names += [f"fault.{code}" for code in ("fault", *FAULTS, SensorFault.code)]
     names += [f"screens.{step.__name__}" for step in (*SHOWN, EndBlock)]
-    for language in LANGUAGES:
-        assert [name for name in names if name not in page_texts(language)] == []
+    for language in languages():
+        assert [name for name in names if name not in catalogue(language).texts] == []
     found = words_of(visitor.see("/person?label=01", **{"accept-language": "fr"}))
     assert "passage 01 complet" in found
     assert "run 01" not in found

@@ -13,7 +13,7 @@ import pytest
 from slipscale.commands import main
 from slipscale.experiments.lab.console import jobs as job_file
 from slipscale.experiments.lab.console.jobs import Job, Jobs
-from slipscale.experiments.lab.console.page_texts import page_texts
+from slipscale.experiments.lab.console.page_texts import catalogue
 from slipscale.experiments.lab.curves import curves
 from slipscale.experiments.lab.roster import read_roster
 from slipscale.experiments.study.analysis_choices import QualityFlag
@@ -131,7 +131,7 @@ def test_the_analysis_and_the_console_use_the_same_names(record_runs, tmp_path, 
     assert main(["analyse", "--steps", str(tmp_path)]) == 0
     lines = capsys.readouterr().err.splitlines()
     told = [line.removeprefix("step: ") for line in lines if line.startswith("step: ")]
-    known = [key.removeprefix("step.") for key in page_texts("en") if key.startswith("step.")]
+    known = [key.removeprefix("step.") for key in catalogue("en").texts if key.startswith("step.")]
     assert told == known
     assert len(told) == 7
     people = read_roster(tmp_path, parse_study(text, "mine"), text).people
@@ -139,7 +139,7 @@ def test_the_analysis_and_the_console_use_the_same_names(record_runs, tmp_path, 
 
 
 def test_every_rule_that_excludes_has_its_words():
-    known = {key.removeprefix("flag.") for key in page_texts("en") if key.startswith("flag.")}
+    known = {key.removeprefix("flag.") for key in catalogue("en").texts if key.startswith("flag.")}
     assert known == set(get_args(QualityFlag))
 
 

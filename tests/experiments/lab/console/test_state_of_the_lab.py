@@ -10,12 +10,11 @@ from types import SimpleNamespace
 import pytest
 from markupsafe import escape
 
-from slipscale.experiments.dataset.backup import NO_BACKUP
-from slipscale.experiments.journal.journal import MOVED
 from slipscale.experiments.lab.blind_summary import RunSummary
 from slipscale.experiments.lab.console import state
 from slipscale.experiments.lab.console.jobs import Job
 from slipscale.experiments.session.mailbox import beat_ns, mailbox_of
+from slipscale.faults.message import Message, as_data
 
 ALL = ("/", "/live", "/study", "/data", "/pilot")
 WARNING = "NO BACKUP of this run unless you correct this: --backup /media/x: no such folder"
@@ -56,12 +55,12 @@ def test_a_session_s_warning_is_on_every_page_until_somebody_has_read_it(visitor
         assert WARNING in visitor.see("/data")  # of another session
 
 
-@pytest.mark.parametrize(
-    "said", [f"{NO_BACKUP}: /media/x: cannot be written", f"{MOVED} (/media/x): copy it back"]
-)
-def test_what_went_wrong_at_the_end_is_a_warning(visitor, recorded, tmp_path, said):
-    visitor.jobs.jobs["session"] = ended(tmp_path, errors=f"noise\n{said}\nbackup: elsewhere\n")
-    page = visitor.see("/pilot")
+def test_what_went_wrong_at_the_end_is_a_warning(visitor, recorded, tmp_path):
+    said = Message("NO BACKUP of this run: {fault}", fault="/media/x: cannot be written")
+    line = json.dumps({"warning": as_data(said)})
+    visitor.jobs.jobs["session"] = ended(tmp_path, errors=f"noise\n{line}\nbackup: elsewhere\n")
+    assert "PAS DE SAUVEGARDE de ce passage" in visitor.see("/pilot?lang=fr")
+    page = visitor.see("/pilot?lang=en")
     assert escape(said) in page
     assert "noise" not in page
     assert visitor.ask("acknowledge", session="0.0", sentence=said)[0] == 200
