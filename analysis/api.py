@@ -80,8 +80,8 @@ def pilot(
     >>> found.dataset.mode, found.table3["n"].tolist()
     ('pilot', [3, 3, 3, 3])
     """
-    from slipscale.analysis.pipeline import analyse  # noqa: PLC0415 - read_study needs no pandas
-    from slipscale.experiments.running.pilot import pilot_plans, run_pilot  # noqa: PLC0415
+    from slipscale.analysis.pipeline import analyse
+    from slipscale.experiments.running.pilot import pilot_plans, run_pilot
 
     plans = pilot_plans(str(study), participants=participants, seed=seed, language=None)
     if folder is None:
@@ -113,13 +113,13 @@ class Power:
     @property
     def enough(self) -> int | None:
         """Smallest sample size from which all comparisons reach the target power, or None."""
-        from slipscale.analysis.planning.power.answers import fewest  # noqa: PLC0415
+        from slipscale.analysis.planning.power.answers import fewest
 
         return next(iter(fewest(self.rows, self.target).values()))
 
     def __repr__(self) -> str:
         """Return a table of the power for each number of participants, and a conclusion."""
-        from slipscale.analysis.planning.power.terminal import summary  # noqa: PLC0415
+        from slipscale.analysis.planning.power.terminal import summary
 
         lines = [
             f"{row.condition.participants:>4} participants: power {row.weakest.value:.2f} "
@@ -172,10 +172,10 @@ def power(
     >>> power("biet2007", participants=[24], studies=100).enough
     24
     """
-    from slipscale.analysis.planning.power import answers, grid, run_grid  # noqa: PLC0415
-    from slipscale.analysis.planning.power.design import design_of  # noqa: PLC0415
-    from slipscale.analysis.planning.power.shard import Looks  # noqa: PLC0415
-    from slipscale.experiments.participants.simulated_people.population import Population  # noqa: PLC0415
+    from slipscale.analysis.planning.power import answers, grid, run_grid
+    from slipscale.analysis.planning.power.design import design_of
+    from slipscale.analysis.planning.power.shard import Looks
+    from slipscale.experiments.participants.simulated_people.population import Population
 
     sizes = (participants,) if isinstance(participants, int) else tuple(participants)
     ranges = {
@@ -251,9 +251,9 @@ class Reconstruction:
         UserError
             If the number or the seed is out of range.
         """
-        import numpy as np  # noqa: PLC0415
+        import numpy as np
 
-        from slipscale.analysis.reconstruction.data_sets.sampling import Sampler  # noqa: PLC0415
+        from slipscale.analysis.reconstruction.data_sets.sampling import Sampler
 
         if number < 1 or seed < 0:
             raise UserError(
@@ -303,9 +303,9 @@ def reconstruct(table: str | Path) -> Reconstruction:
     >>> found.sample(5)["0 um"].shape
     (5, 12)
     """
-    from slipscale.analysis.reconstruction.answers import column_answer  # noqa: PLC0415
-    from slipscale.analysis.reconstruction.data_sets.solutions import Solutions  # noqa: PLC0415
-    from slipscale.analysis.reconstruction.table.table_files import read  # noqa: PLC0415
+    from slipscale.analysis.reconstruction.answers import column_answer
+    from slipscale.analysis.reconstruction.data_sets.solutions import Solutions
+    from slipscale.analysis.reconstruction.table.table_files import read
 
     printed = read(Path(table))
     solutions = tuple(Solutions(column) for column in printed.columns)
@@ -341,7 +341,7 @@ def open_plate(spec: str = "mock", *, clock: Clock | None = None, seed: int = 0)
     >>> shown.commanded_level
     1.2
     """
-    from slipscale.hardware import registry  # noqa: PLC0415
-    from slipscale.hardware.clock import SystemClock  # noqa: PLC0415
+    from slipscale.hardware import registry
+    from slipscale.hardware.clock import SystemClock
 
     return registry.open_plate(spec, clock=clock or SystemClock(), seed=seed)

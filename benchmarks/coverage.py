@@ -190,7 +190,7 @@ def icc(rng: np.random.Generator, n: int) -> bool | None:
 
 def d_prime(truth: float, steps: int, catches: int, spread: float = 0.0) -> Trial:
     """Return a function that checks the interval for d' if people's criteria (and d') differ."""
-    from scipy.stats import norm  # noqa: PLC0415
+    from scipy.stats import norm
 
     def once(rng: np.random.Generator, n: int) -> bool | None:
         who = np.repeat(np.arange(n), steps + catches)

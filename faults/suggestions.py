@@ -16,7 +16,7 @@ def nearest(word: object, known: Iterable[str]) -> str | None:
     >>> nearest("pilto", ["run", "pilot"]), nearest("zzz", ["run", "pilot"])
     ('pilot', None)
     """
-    from difflib import get_close_matches  # noqa: PLC0415 - only needed after a mistake
+    from difflib import get_close_matches
 
     spelt = {each.casefold(): each for each in known}
     found = get_close_matches(str(word).casefold(), spelt, n=1)

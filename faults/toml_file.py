@@ -91,7 +91,7 @@ def parse_toml(
     names: Callable[[dict[str, object]], Names] | None = None,
 ) -> Model:
     """Parse TOML as `read_toml` does, with ``source`` as the file name in error messages."""
-    from pydantic import ValidationError  # noqa: PLC0415 - already loaded with the model
+    from pydantic import ValidationError
 
     table = toml_table(text, source, parse_float=parse_float)
     known = names(table) if names else None

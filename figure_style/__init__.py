@@ -69,8 +69,8 @@ def styled(draw: Callable[P, R]) -> Callable[P, R]:
 
     @wraps(draw)
     def drawn(*args: P.args, **kwargs: P.kwargs) -> R:
-        import matplotlib as mpl  # noqa: PLC0415 - only a figure pays for it
-        from matplotlib.figure import Figure  # noqa: PLC0415
+        import matplotlib as mpl
+        from matplotlib.figure import Figure
 
         # The Matplotlib backend is not set, because setting it would import pyplot.
         defaults = {key: value for key, value in mpl.rcParamsDefault.items() if key != "backend"}
@@ -97,7 +97,7 @@ def canvas(
     **grid
         Passed to ``Figure.subplots``.
     """
-    from matplotlib.figure import Figure  # noqa: PLC0415 - only a figure pays for it
+    from matplotlib.figure import Figure
 
     figure = Figure(figsize=size, layout="constrained")
     return figure, figure.subplots(rows, columns, **grid)
@@ -127,7 +127,7 @@ def with_note(figure: Figure, text: str) -> Figure:
 
 def lay_out(figure: Figure) -> None:
     """Fix the layout of a figure, so that the figure looks the same in all formats."""
-    import matplotlib as mpl  # noqa: PLC0415 - only a figure pays for it
+    import matplotlib as mpl
 
     if (engine := figure.get_layout_engine()) is not None:
         with mpl.rc_context(STYLE):
@@ -140,8 +140,8 @@ def svg(figure: Figure, *, salt: str = "") -> str:
 
     ``salt`` makes identifiers unique if there are several figures on a page.
     """
-    import matplotlib as mpl  # noqa: PLC0415 - only a figure pays for it
-    from matplotlib.backends.backend_svg import FigureCanvasSVG  # noqa: PLC0415
+    import matplotlib as mpl
+    from matplotlib.backends.backend_svg import FigureCanvasSVG
 
     stream = io.StringIO()
     lay_out(figure)
@@ -172,8 +172,8 @@ def save(figure: Figure, path: Path, suffixes: tuple[str, ...] = ()) -> list[Pat
     suffixes : tuple of str
         Keys of `FORMATS`. For each suffix, a file is written next to ``path``.
     """
-    import matplotlib as mpl  # noqa: PLC0415 - only a figure pays for it
-    from matplotlib.backend_bases import get_registered_canvas_class  # noqa: PLC0415
+    import matplotlib as mpl
+    from matplotlib.backend_bases import get_registered_canvas_class
 
     paths = [path.with_suffix(suffix) for suffix in suffixes] or [path]
     lay_out(figure)

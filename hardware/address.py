@@ -114,7 +114,7 @@ def positive_number(text: str) -> float:
 
 def calibration(text: str) -> Calibration:
     """Read a calibration file. Raises UserError."""
-    from slipscale.hardware.calibration.stored import read_calibration  # noqa: PLC0415 - SciPy
+    from slipscale.hardware.calibration.stored import read_calibration
 
     return read_calibration(Path(text))
 
@@ -130,7 +130,7 @@ class Plate:
 
 def plate_file(text: str) -> tuple[PlateFile, Calibration | None]:
     """Read a plate file by path or by its name in the folder ``plates``. Raises UserError."""
-    from slipscale.hardware.plate_file import open_plate_file, path_of  # noqa: PLC0415 - pydantic
+    from slipscale.hardware.plate_file import open_plate_file, path_of
 
     return open_plate_file(path_of(text, Path()))
 
@@ -204,14 +204,14 @@ def opened(
 
 def implausible_alone(calibration: Calibration) -> str:
     """Describe the implausible values in a calibration that has no plate file."""
-    from slipscale.hardware.calibration.soundness import implausible  # noqa: PLC0415 - NumPy
+    from slipscale.hardware.calibration.soundness import implausible
 
     return "; ".join(implausible(calibration, {}))
 
 
 def plate_file_of(spec: str) -> PlateFile | None:
     """Read the plate file that a SPEC names, if any. Raises UserError if reading fails."""
-    from slipscale.hardware.plate_file import path_of, read_plate  # noqa: PLC0415 - pydantic
+    from slipscale.hardware.plate_file import path_of, read_plate
 
     named = _plates_in(spec)
     return read_plate(path_of(named[0], Path())) if named else None

@@ -327,7 +327,7 @@ def open_plate_file(path: Path) -> tuple[PlateFile, Calibration | None]:
 
 def new_plate(identity: Identity, wiring: Wiring, path: Path) -> None:
     """Create and sign a plate file with the default limits. Raises UserError."""
-    import tomlkit  # noqa: PLC0415 - not needed to read
+    import tomlkit
 
     expected = Expected.model_validate(BOUNDS)
     plate = PlateFile(identity=identity, wiring=wiring, expected=expected)
@@ -383,7 +383,7 @@ def sign(path: Path, *, beyond_by: str = "", today: date) -> dict[str, float]:
         If the file cannot be read or written, or if limits beyond the defaults are not
         acknowledged.
     """
-    import tomlkit  # noqa: PLC0415
+    import tomlkit
 
     plate = read_plate(path)
     beyond = plate.beyond_shipped()

@@ -217,7 +217,7 @@ class VirtualSurface:
         0.74
         """
         # Imported late, because NumPy is slow to import.
-        from slipscale.stimuli.film import reynolds, squeeze_film  # noqa: PLC0415
+        from slipscale.stimuli.film import reynolds, squeeze_film
 
         peak = self.amplitude_um_peak
         if model == "closed form":

@@ -100,7 +100,7 @@ def host(monkeypatch):
 
     ``host.plug_in(...)`` has the arguments of ``slipscale plate emulate``.
     """
-    from tests.support.virtual_time import VirtualHost  # noqa: PLC0415 - not for every test
+    from tests.support.virtual_time import VirtualHost
 
     host = VirtualHost()
     monkeypatch.setattr("slipscale.hardware.backends.serial_board.host.SystemHost", lambda: host)
@@ -120,7 +120,7 @@ def patient(monkeypatch):
 @contextmanager
 def _without_simulated_fits():
     """Leave out goodness of fit, from 1,000 simulated data sets per threshold."""
-    from slipscale.analysis.statistics.not_computed import NotComputed  # noqa: PLC0415
+    from slipscale.analysis.statistics.not_computed import NotComputed
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(
@@ -164,8 +164,8 @@ def shipped_pilot(made_once):
 
     Four people, seed 1, no simulated fits.
     """
-    from slipscale.analysis.pipeline import analyse  # noqa: PLC0415 - not for every test
-    from slipscale.experiments.running.pilot import pilot_plans, run_pilot  # noqa: PLC0415
+    from slipscale.analysis.pipeline import analyse
+    from slipscale.experiments.running.pilot import pilot_plans, run_pilot
 
     @cache
     def made(study):
@@ -184,7 +184,7 @@ def shipped_pilot(made_once):
 @contextmanager
 def _without_figures():
     """Leave out the figures of reports."""
-    from matplotlib.figure import Figure  # noqa: PLC0415
+    from matplotlib.figure import Figure
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(
@@ -196,8 +196,8 @@ def _without_figures():
 @contextmanager
 def _without_models():
     """Leave out growth functions and the mixed model, most of the time of a small analysis."""
-    from slipscale.analysis.statistics.not_computed import NotComputed  # noqa: PLC0415
-    from slipscale.analysis.tasks.table import KINDS  # noqa: PLC0415
+    from slipscale.analysis.statistics.not_computed import NotComputed
+    from slipscale.analysis.tasks.table import KINDS
 
     every = [statistic for kind in KINDS for statistic in kind.statistics]
     slow = {each: each.compute for each in every if each.key in ("growth", "mixed_model")}
@@ -250,7 +250,7 @@ tolerance_v_peak = {tolerance_v_peak}
 @pytest.fixture
 def plate_in_volts(tmp_path):
     """Write the signed file of a plate in V peak; ``plate_in_volts("mock")`` returns its path."""
-    from slipscale.hardware.plate_file import sign  # noqa: PLC0415
+    from slipscale.hardware.plate_file import sign
 
     def make(backend, tolerance_v_peak=2.5):
         path = tmp_path / "screen.toml"

@@ -37,7 +37,7 @@ def link_folder(link: Path, folder: Path) -> None:
     """Make ``link`` point to ``folder``, in place of the text file that git left there."""
     link.unlink(missing_ok=True)
     if sys.platform == "win32":
-        from _winapi import CreateJunction  # noqa: PLC0415 - on Windows only
+        from _winapi import CreateJunction
 
         CreateJunction(str(folder), str(link))
     else:

@@ -92,9 +92,9 @@ def add_analyse(parser: ArgumentParser) -> None:
 
 def add_data(parser: ArgumentParser) -> None:
     """Add the arguments for the data and the analysis method."""
-    from typing import get_args  # noqa: PLC0415
+    from typing import get_args
 
-    from slipscale.experiments.study.analysis_choices import Normalisation  # noqa: PLC0415
+    from slipscale.experiments.study.analysis_choices import Normalisation
 
     rules = get_args(Normalisation)
     parser.add_argument(
@@ -194,11 +194,11 @@ def add_mapping(parser: ArgumentParser) -> None:
 
 def analysed(args: Namespace, progress: Callable[[str], None]) -> Analysis:
     """Read and analyse the data specified by the options."""
-    from slipscale.analysis.cli.mapping_options import mapping_from  # noqa: PLC0415
-    from slipscale.analysis.load import load  # noqa: PLC0415
-    from slipscale.analysis.pipeline import analyse  # noqa: PLC0415
-    from slipscale.analysis.preprocessing.sessions import only_session  # noqa: PLC0415
-    from slipscale.analysis.reading import mapping as mappings  # noqa: PLC0415
+    from slipscale.analysis.cli.mapping_options import mapping_from
+    from slipscale.analysis.load import load
+    from slipscale.analysis.pipeline import analyse
+    from slipscale.analysis.preprocessing.sessions import only_session
+    from slipscale.analysis.reading import mapping as mappings
 
     progress("reading the data")
     LOG.info("reading %s", args.dataset)
@@ -219,12 +219,12 @@ def analysed(args: Namespace, progress: Callable[[str], None]) -> Analysis:
 
 def run_analyse(args: Namespace) -> int:
     """Analyse a data set; print Table III and the output paths."""
-    from slipscale.analysis.preregistration.bundle import read_bundle  # noqa: PLC0415
-    from slipscale.analysis.reporting.terminal import (  # noqa: PLC0415
+    from slipscale.analysis.preregistration.bundle import read_bundle
+    from slipscale.analysis.reporting.terminal import (
         print_answers,
         print_table3,
     )
-    from slipscale.analysis.writing.output_folder import default_folder  # noqa: PLC0415
+    from slipscale.analysis.writing.output_folder import default_folder
 
     say(here())
     bundle = read_bundle(args.plan) if args.plan else None
@@ -239,7 +239,7 @@ def run_analyse(args: Namespace) -> int:
         if args.task and not args.out:
             out /= f"task-{args.task}"
         # Imported late, because importing Matplotlib takes a second.
-        from slipscale.analysis.reporting.files import write_analysis  # noqa: PLC0415
+        from slipscale.analysis.reporting.files import write_analysis
 
         report = write_analysis(analysis, out, progress, formats=args.figures)
     for sentence in analysis.problems:
@@ -260,8 +260,8 @@ def run_analyse(args: Namespace) -> int:
 
 def held_against(bundle: Bundle, analysis: Analysis, args: Namespace) -> Analysis:
     """Compare an analysis with a frozen plan; return the analysis with its deviations."""
-    from slipscale.analysis.cli.mapping_options import OTHERS  # noqa: PLC0415
-    from slipscale.analysis.preregistration.check import check_plan  # noqa: PLC0415
+    from slipscale.analysis.cli.mapping_options import OTHERS
+    from slipscale.analysis.preregistration.check import check_plan
 
     named = (*COLUMN_OPTIONS, "in_session", "task", *OTHERS)
     given = [f"--{name.replace('_', '-')}" for name in named if getattr(args, name)]
@@ -270,7 +270,7 @@ def held_against(bundle: Bundle, analysis: Analysis, args: Namespace) -> Analysi
 
 def tell_plan(analysis: Analysis) -> int:
     """Print all deviations from a plan; return exit status 1 if there are any, otherwise 0."""
-    from slipscale.analysis.reporting.sections.plan import summary  # noqa: PLC0415
+    from slipscale.analysis.reporting.sections.plan import summary
 
     if analysis.plan is None:
         return DONE

@@ -45,15 +45,15 @@ def add_comparison(parser: ArgumentParser) -> None:
 
 def compare_protocols(args: Namespace) -> int:
     """Compare the precision of several studies and print the result."""
-    from slipscale.analysis.planning.power.grid import values_of  # noqa: PLC0415
-    from slipscale.analysis.planning.protocols.output import (  # noqa: PLC0415
+    from slipscale.analysis.planning.power.grid import values_of
+    from slipscale.analysis.planning.protocols.output import (
         as_json,
         sentences,
         table,
         write_comparison,
     )
-    from slipscale.analysis.planning.protocols.precision import protocol_precision  # noqa: PLC0415
-    from slipscale.analysis.planning.protocols.studies import filling, protocol_study  # noqa: PLC0415
+    from slipscale.analysis.planning.protocols.precision import protocol_precision
+    from slipscale.analysis.planning.protocols.studies import filling, protocol_study
 
     _refuse_others(args, "--protocols")
     sizes = values_of("participants", args.participants or SIZES)
@@ -88,17 +88,17 @@ def compare_protocols(args: Namespace) -> int:
 
 def compare_conditions(args: Namespace, study: Study) -> int:
     """Print the power to detect differences in thresholds between the levels of factors."""
-    from slipscale.analysis.planning.power.grid import values_of  # noqa: PLC0415
-    from slipscale.analysis.planning.protocols.conditions import (  # noqa: PLC0415
+    from slipscale.analysis.planning.power.grid import values_of
+    from slipscale.analysis.planning.protocols.conditions import (
         HEAD,
         cells,
         condition_power,
         enough,
         sentences,
     )
-    from slipscale.analysis.planning.protocols.output import write_rows  # noqa: PLC0415
-    from slipscale.analysis.planning.protocols.studies import protocol_study  # noqa: PLC0415
-    from slipscale.experiments.participants.simulated_people.growth import people_for  # noqa: PLC0415
+    from slipscale.analysis.planning.protocols.output import write_rows
+    from slipscale.analysis.planning.protocols.studies import protocol_study
+    from slipscale.experiments.participants.simulated_people.growth import people_for
 
     _refuse_others(args, "the thresholds of a study's conditions")
     population, fitted = chosen_population(args)
@@ -129,9 +129,9 @@ def compare_conditions(args: Namespace, study: Study) -> int:
 
 
 def _show(table: Sequence[Sequence[str]], sentences: Sequence[str]) -> None:
-    from rich import box  # noqa: PLC0415 - `slipscale --help` stays instant
-    from rich.console import Console  # noqa: PLC0415
-    from rich.table import Table  # noqa: PLC0415
+    from rich import box
+    from rich.console import Console
+    from rich.table import Table
 
     head, *rows = table
     shown = Table(box=box.SIMPLE_HEAD)

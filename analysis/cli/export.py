@@ -41,7 +41,7 @@ def add_export(parser: ArgumentParser) -> None:
 
 def run_export(args: Namespace) -> int:
     """Analyse a data set, write every requested format, and list the written files."""
-    from slipscale.analysis.export.files import check_installed, write_export  # noqa: PLC0415
+    from slipscale.analysis.export.files import check_installed, write_export
 
     say(here())
     check_installed(args.forms)

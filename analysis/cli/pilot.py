@@ -59,10 +59,10 @@ def run(args: Namespace) -> int:
     if args.times is not None:
         return run_times(args)
     refuse_without_times(args)
-    from rich.console import Console  # noqa: PLC0415 - `slipscale --help` stays instant
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn  # noqa: PLC0415
+    from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
 
-    from slipscale.experiments.running.pilot import next_folder, pilot_plans, run_pilot  # noqa: PLC0415
+    from slipscale.experiments.running.pilot import next_folder, pilot_plans, run_pilot
 
     defaults = here()
     say(defaults)
@@ -89,13 +89,13 @@ def run(args: Namespace) -> int:
             )
             work = progress.add_task("analysis", total=None)
             # Imported late: importing pandas, SciPy and Matplotlib takes a moment.
-            from slipscale.analysis.pipeline import OutsideTasks, analyse  # noqa: PLC0415
-            from slipscale.analysis.reporting.files import write_analysis  # noqa: PLC0415
-            from slipscale.analysis.reporting.terminal import (  # noqa: PLC0415
+            from slipscale.analysis.pipeline import OutsideTasks, analyse
+            from slipscale.analysis.reporting.files import write_analysis
+            from slipscale.analysis.reporting.terminal import (
                 print_answers,
                 print_table3,
             )
-            from slipscale.analysis.writing.output_folder import default_folder  # noqa: PLC0415
+            from slipscale.analysis.writing.output_folder import default_folder
 
             try:
                 analysis = analyse(folder)

@@ -57,9 +57,9 @@ def run_times(args: Namespace) -> int:
     """Simulate a study many times; print and save the distribution of its results."""
     jobs = 1 if args.jobs is None else args.jobs
     _refuse(args, jobs)
-    from slipscale.analysis.cli.power import showing  # noqa: PLC0415
-    from slipscale.analysis.planning.distribution.distribution import distribution  # noqa: PLC0415
-    from slipscale.analysis.planning.distribution.many_studies import ManyStudies, results  # noqa: PLC0415
+    from slipscale.analysis.cli.power import showing
+    from slipscale.analysis.planning.distribution.distribution import distribution
+    from slipscale.analysis.planning.distribution.many_studies import ManyStudies, results
 
     defaults = here()
     say(defaults)
@@ -85,8 +85,8 @@ def run_times(args: Namespace) -> int:
 
 def _tell(found: Distribution, folder: Path) -> int:
     # Matplotlib takes a second to import, so the import is delayed until a figure is drawn.
-    from slipscale.analysis.planning.distribution.files import write_distribution  # noqa: PLC0415
-    from slipscale.analysis.planning.distribution.terminal import print_distribution  # noqa: PLC0415
+    from slipscale.analysis.planning.distribution.files import write_distribution
+    from slipscale.analysis.planning.distribution.terminal import print_distribution
 
     page = write_distribution(folder, found)
     print_distribution(found)
@@ -96,8 +96,8 @@ def _tell(found: Distribution, folder: Path) -> int:
 
 def _folder(out: Path | None, pilots: Path) -> Path:
     """Return the output folder, after checking that it contains no other files."""
-    from slipscale.analysis.planning.distribution.files import claim  # noqa: PLC0415
-    from slipscale.experiments.running.pilot import next_folder  # noqa: PLC0415
+    from slipscale.analysis.planning.distribution.files import claim
+    from slipscale.experiments.running.pilot import next_folder
 
     folder = out or next_folder(pilots / FOLDER)
     claim(folder)

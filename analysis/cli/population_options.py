@@ -35,7 +35,7 @@ def add_population(parser: ArgumentParser) -> None:
 
 def chosen_population(args: Namespace) -> tuple[Population, FittedPopulation | None]:
     """Return the simulated population and, if it was fitted to data, details of the fit."""
-    from slipscale.experiments.participants.simulated_people.population import (  # noqa: PLC0415
+    from slipscale.experiments.participants.simulated_people.population import (
         Population,
         read_population,
     )
@@ -46,8 +46,8 @@ def chosen_population(args: Namespace) -> tuple[Population, FittedPopulation | N
         raise UserError(
             "--population and --from both define the simulated people; expected only one of them"
         )
-    from slipscale.analysis.pipeline import analyse  # noqa: PLC0415 - takes a second to import
-    from slipscale.analysis.planning.fitted_population import fit_population  # noqa: PLC0415
+    from slipscale.analysis.pipeline import analyse
+    from slipscale.analysis.planning.fitted_population import fit_population
 
     fitted = fit_population(analyse(args.dataset))
     return fitted.population, fitted

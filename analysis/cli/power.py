@@ -163,7 +163,7 @@ def refuse_nonsense(args: Namespace) -> None:
 
 def axes_of(args: Namespace, design: Design) -> dict[str, tuple[Any, ...]]:
     """Return the option values whose combinations are simulated, keyed by option."""
-    from slipscale.analysis.planning.power.grid import orders_of, values_of  # noqa: PLC0415
+    from slipscale.analysis.planning.power.grid import orders_of, values_of
 
     if args.catch_steps is not None and design.steps is None:
         raise UserError(
@@ -189,7 +189,7 @@ def axes_of(args: Namespace, design: Design) -> dict[str, tuple[Any, ...]]:
 
 def part_of(text: str | None, cache: Path | None) -> Part:
     """Parse ``--shard``: the part of the grid to compute in this run."""
-    from slipscale.analysis.planning.power.run_grid import Part  # noqa: PLC0415
+    from slipscale.analysis.planning.power.run_grid import Part
 
     if text is None:
         return Part()
@@ -203,7 +203,7 @@ def part_of(text: str | None, cache: Path | None) -> Part:
 
 def assurance_of(text: str | None) -> Assurance | None:
     """Parse the option ``--assurance``, which gives the mean and SD of the effect."""
-    from slipscale.analysis.planning.power.answers import Assurance  # noqa: PLC0415
+    from slipscale.analysis.planning.power.answers import Assurance
 
     if text is None:
         return None
@@ -218,15 +218,15 @@ def assurance_of(text: str | None) -> Assurance | None:
 
 def run_power(args: Namespace) -> int:
     """Simulate all combinations of options; return 1 if no sample size reaches the target power."""
-    from slipscale.analysis.planning.power.answers import as_json, fewest, largest_effect, rows  # noqa: PLC0415
-    from slipscale.analysis.planning.power.design import design_of, estimation_of  # noqa: PLC0415
-    from slipscale.analysis.planning.power.grid import conditions, without_effect  # noqa: PLC0415
-    from slipscale.analysis.planning.power.page import write_power  # noqa: PLC0415
-    from slipscale.analysis.planning.power.run_grid import missing, run_grid, shards  # noqa: PLC0415
-    from slipscale.analysis.planning.power.shard import Looks  # noqa: PLC0415
-    from slipscale.analysis.planning.power.shard_cache import ShardCache  # noqa: PLC0415
-    from slipscale.analysis.planning.power.terminal import print_power  # noqa: PLC0415
-    from slipscale.experiments.study.file import read_study  # noqa: PLC0415
+    from slipscale.analysis.planning.power.answers import as_json, fewest, largest_effect, rows
+    from slipscale.analysis.planning.power.design import design_of, estimation_of
+    from slipscale.analysis.planning.power.grid import conditions, without_effect
+    from slipscale.analysis.planning.power.page import write_power
+    from slipscale.analysis.planning.power.run_grid import missing, run_grid, shards
+    from slipscale.analysis.planning.power.shard import Looks
+    from slipscale.analysis.planning.power.shard_cache import ShardCache
+    from slipscale.analysis.planning.power.terminal import print_power
+    from slipscale.experiments.study.file import read_study
 
     refuse_nonsense(args)
     say(here())
@@ -246,7 +246,7 @@ def run_power(args: Namespace) -> int:
     grid = conditions(axes_of(args, design))
     beside = without_effect(grid)
     if assurance:
-        from dataclasses import replace  # noqa: PLC0415
+        from dataclasses import replace
 
         effects = [effect for effect, _ in assurance.effects(largest_effect(design))]
         beside += [replace(each, effect=effect) for each in grid for effect in effects]
@@ -294,13 +294,13 @@ def run_power(args: Namespace) -> int:
 
 def ask_for_long(args: Namespace, left: list[Any], part: Part) -> None:
     """Reject computations of more than an hour unless ``--yes`` is given."""
-    from slipscale.analysis.planning.power.run_grid import HOUR_S, estimated_s  # noqa: PLC0415
+    from slipscale.analysis.planning.power.run_grid import HOUR_S, estimated_s
 
     if args.yes or args.scheduler:
         return
     jobs = args.jobs
     if jobs == -1:
-        from os import cpu_count  # noqa: PLC0415
+        from os import cpu_count
 
         jobs = cpu_count() or 1
     seconds = estimated_s(left, jobs * part.of)
@@ -325,8 +325,8 @@ def showing(*, enabled: bool, steps: bool = False) -> Iterator[Callable[[int, in
         with telling(lines=True) as reporter:
             yield lambda done, of: reporter(f"{done}/{of}")
         return
-    from rich.console import Console  # noqa: PLC0415
-    from rich.progress import (  # noqa: PLC0415
+    from rich.console import Console
+    from rich.progress import (
         BarColumn,
         MofNCompleteColumn,
         Progress,

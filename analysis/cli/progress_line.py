@@ -35,7 +35,7 @@ def telling(*, lines: bool = False) -> Iterator[Callable[[str], None]]:
     if LOG.isEnabledFor(logging.INFO):
         yield LOG.info
         return
-    from rich.console import Console  # noqa: PLC0415
+    from rich.console import Console
 
     console = Console(stderr=True)
     with console.status("") as status:

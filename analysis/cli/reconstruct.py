@@ -109,11 +109,11 @@ def run(arguments: argparse.Namespace) -> int:
     """Report on all columns; return 1 if any column or published test is impossible."""
     # Imported here so that --help does not import NumPy.
     if arguments.batch:
-        from slipscale.analysis.cli.reconstruct_batch import run_batch  # noqa: PLC0415
+        from slipscale.analysis.cli.reconstruct_batch import run_batch
 
         return run_batch(arguments)
-    from slipscale.analysis.reconstruction.data_sets.solutions import Solutions  # noqa: PLC0415
-    from slipscale.analysis.reconstruction.table.table_files import read  # noqa: PLC0415
+    from slipscale.analysis.reconstruction.data_sets.solutions import Solutions
+    from slipscale.analysis.reconstruction.table.table_files import read
 
     _check(arguments)
     table = read(arguments.table)
@@ -139,10 +139,10 @@ def run(arguments: argparse.Namespace) -> int:
 
 def _answer_intervals(table: PublishedTable, arguments: argparse.Namespace) -> int:
     """Report on columns with continuous values, for which data sets cannot be counted."""
-    import json  # noqa: PLC0415
+    import json
 
-    from slipscale.analysis.reconstruction import report  # noqa: PLC0415
-    from slipscale.analysis.reconstruction.inference.interval_tests import answer  # noqa: PLC0415
+    from slipscale.analysis.reconstruction import report
+    from slipscale.analysis.reconstruction.inference.interval_tests import answer
 
     for name in ("sample", "variants", "conclusions", "html"):
         if getattr(arguments, name):
@@ -174,7 +174,7 @@ WORTH_SAYING_S = 5.0
 
 def _announce(columns: list[Solutions]) -> None:
     """Print the expected duration and memory of long computations to stderr."""
-    from slipscale.analysis.reconstruction.counts.problem import duration, seconds_to_count  # noqa: PLC0415
+    from slipscale.analysis.reconstruction.counts.problem import duration, seconds_to_count
 
     for solutions in columns:
         if solutions.refused:
@@ -223,9 +223,9 @@ def _answer(
 
     Return whether any published test is impossible.
     """
-    import json  # noqa: PLC0415
+    import json
 
-    from slipscale.analysis.reconstruction import answers, report  # noqa: PLC0415
+    from slipscale.analysis.reconstruction import answers, report
 
     with _output(arguments.out) as file:
 
@@ -261,7 +261,7 @@ def _answer(
                 written["conclusions"] = report.across_json(known)
             print(json.dumps(written, indent=2), file=file)
     if arguments.html:
-        from slipscale.analysis.reconstruction_page.page import Source, render  # noqa: PLC0415 - matplotlib
+        from slipscale.analysis.reconstruction_page.page import Source, render
 
         source = Source(
             title=table.title,
@@ -280,7 +280,7 @@ def _tests(table: PublishedTable, columns: list[Solutions]) -> list[PrintedTestA
     """Return a verdict for each test published with the table."""
     if not table.tests:
         return []
-    from slipscale.analysis.reconstruction.inference.printed_test_answers import answer  # noqa: PLC0415 - if printed
+    from slipscale.analysis.reconstruction.inference.printed_test_answers import answer
 
     return [answer(test, columns) for test in table.tests]
 
@@ -296,8 +296,8 @@ def _known_across(
 
 
 def _across(columns: list[Solutions], design: Design, arguments: argparse.Namespace) -> Across:
-    from slipscale.analysis.reconstruction.answers import across, seconds_across  # noqa: PLC0415
-    from slipscale.analysis.reconstruction.counts.problem import duration  # noqa: PLC0415
+    from slipscale.analysis.reconstruction.answers import across, seconds_across
+    from slipscale.analysis.reconstruction.counts.problem import duration
 
     seconds = seconds_across(columns, design)
     if seconds > WORTH_SAYING_S:
@@ -345,12 +345,12 @@ def _write_samples(
     file: TextIO,
 ) -> None:
     """Write samples as CSV: one data set per row, or one rating per row if --long is given."""
-    import csv  # noqa: PLC0415
+    import csv
 
-    import numpy as np  # noqa: PLC0415
+    import numpy as np
 
-    from slipscale.analysis.reconstruction.data_sets.sampling import Sampler  # noqa: PLC0415
-    from slipscale.analysis.writing.spreadsheet_cells import harmless_cell  # noqa: PLC0415
+    from slipscale.analysis.reconstruction.data_sets.sampling import Sampler
+    from slipscale.analysis.writing.spreadsheet_cells import harmless_cell
 
     # Checks all columns before the first row is written.
     samplers = {

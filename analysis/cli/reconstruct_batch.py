@@ -19,8 +19,8 @@ if TYPE_CHECKING:
 
 def run_batch(arguments: Namespace) -> int:
     """Write one verdict per row, or resume an earlier run; return 1 if a row is inconsistent."""
-    from slipscale.analysis.reconstruction.data_sets.batch import Verdict, summary, verdicts  # noqa: PLC0415
-    from slipscale.analysis.reconstruction.table.table_files import read_rows  # noqa: PLC0415
+    from slipscale.analysis.reconstruction.data_sets.batch import Verdict, summary, verdicts
+    from slipscale.analysis.reconstruction.table.table_files import read_rows
 
     if arguments.out is None:
         raise UserError("--batch needs --out FILE, the CSV file for the verdicts")
@@ -62,7 +62,7 @@ def _earlier(path: Path, names: list[str], rows: Sequence[Row]) -> list[tuple[st
     UserError
         If the file is not a verdict file, or if its verdicts are for other rows.
     """
-    from slipscale.analysis.reconstruction.data_sets.batch import digest  # noqa: PLC0415
+    from slipscale.analysis.reconstruction.data_sets.batch import digest
 
     if not path.exists():
         return []

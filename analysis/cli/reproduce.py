@@ -32,9 +32,9 @@ def add_reproduce(parser: ArgumentParser) -> None:
 
 def run_reproduce(args: Namespace) -> int:
     """Compare results with the paper; return 1 if results changed or Table III disagrees."""
-    from slipscale.analysis.reproduction.comparison import choose, compare, write_figures  # noqa: PLC0415
-    from slipscale.analysis.reproduction.terminal import print_comparisons  # noqa: PLC0415
-    from slipscale.analysis.writing.output_folder import make_folder  # noqa: PLC0415
+    from slipscale.analysis.reproduction.comparison import choose, compare, write_figures
+    from slipscale.analysis.reproduction.terminal import print_comparisons
+    from slipscale.analysis.writing.output_folder import make_folder
 
     choose(args.items)
     make_folder(Path(args.out))

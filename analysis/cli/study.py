@@ -78,9 +78,9 @@ def run_study(args: Namespace) -> int:
 
 def _freeze(args: Namespace) -> int:
     """Write the frozen plan; print its path and SHA-256."""
-    import tempfile  # noqa: PLC0415
+    import tempfile
 
-    from slipscale.analysis.preregistration.bundle import refuse_taken  # noqa: PLC0415
+    from slipscale.analysis.preregistration.bundle import refuse_taken
 
     say(here())
     refuse_taken(args.out)
@@ -98,10 +98,10 @@ def _freeze(args: Namespace) -> int:
 
 def _compute_power(args: Namespace, folder: Path) -> None:
     """Compute power for sample sizes around the planned one, as in ``slipscale power``."""
-    from slipscale.analysis.cli.power import add_power, run_power  # noqa: PLC0415
-    from slipscale.analysis.planning.power.grid import FEWEST_PARTICIPANTS  # noqa: PLC0415
-    from slipscale.experiments.study.file import read_study  # noqa: PLC0415
-    from slipscale.faults.parser import Parser  # noqa: PLC0415
+    from slipscale.analysis.cli.power import add_power, run_power
+    from slipscale.analysis.planning.power.grid import FEWEST_PARTICIPANTS
+    from slipscale.experiments.study.file import read_study
+    from slipscale.faults.parser import Parser
 
     planned = read_study(args.study)[0].participants
     sizes = sorted({max(round(planned * part), FEWEST_PARTICIPANTS) for part in AROUND})
@@ -115,11 +115,11 @@ def _compute_power(args: Namespace, folder: Path) -> None:
 
 
 def _written(args: Namespace, power: Path | None) -> int:
-    from datetime import UTC, datetime  # noqa: PLC0415
+    from datetime import UTC, datetime
 
-    from slipscale.analysis.cli.progress_line import telling  # noqa: PLC0415
-    from slipscale.analysis.preregistration.bundle import write_bundle  # noqa: PLC0415
-    from slipscale.analysis.preregistration.freeze import Wanted, freeze  # noqa: PLC0415
+    from slipscale.analysis.cli.progress_line import telling
+    from slipscale.analysis.preregistration.bundle import write_bundle
+    from slipscale.analysis.preregistration.freeze import Wanted, freeze
 
     population, fitted = chosen_population(args)
     with telling() as progress:

@@ -60,10 +60,10 @@ def check_installed(forms: Sequence[str]) -> None:
         If WeasyPrint cannot load the library Pango.
     """
     if "word" in forms:
-        import docx  # noqa: F401, PLC0415
+        import docx  # noqa: F401
     if "pdf" in forms:
         try:
-            import weasyprint  # noqa: F401, PLC0415
+            import weasyprint  # noqa: F401
         except OSError as error:
             raise UserError(
                 "--forms pdf: WeasyPrint cannot load Pango, its text layout library "
@@ -78,7 +78,7 @@ def _word(_analysis: Analysis, report: Path) -> list[str]:
 
 
 def _pdf(_analysis: Analysis, report: Path) -> list[str]:
-    from weasyprint import HTML  # noqa: PLC0415 - an extra, and a second's import
+    from weasyprint import HTML
 
     HTML(filename=report).write_pdf(report.with_suffix(".pdf"))
     return ["report.pdf"]

@@ -26,8 +26,8 @@ def write_word(report: Path, out: Path) -> None:
     out : Path
         Output file.
     """
-    from docx import Document  # noqa: PLC0415 - an extra
-    from lxml import html  # noqa: PLC0415 - comes with it
+    from docx import Document
+    from lxml import html
 
     page = html.fromstring(report.read_text(encoding="utf-8"))
     document = Document()
@@ -42,7 +42,7 @@ def write_word(report: Path, out: Path) -> None:
 
 
 def _points(size: float) -> Any:
-    from docx.shared import Pt  # noqa: PLC0415 - an extra
+    from docx.shared import Pt
 
     return Pt(size)
 
@@ -75,7 +75,7 @@ def _fact(document: Any, element: Any, _folder: Path) -> None:
 
 
 def _figure(document: Any, element: Any, folder: Path) -> None:
-    from docx.shared import Cm  # noqa: PLC0415 - an extra
+    from docx.shared import Cm
 
     (picture,) = element.xpath("./*[local-name()='svg']")
     (caption,) = element.findall("figcaption")

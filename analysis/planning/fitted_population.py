@@ -143,7 +143,7 @@ def _angles(found: Mapping[str, Any], shared: float, trial: float) -> np.ndarray
 
 def _deviates(trials: pd.DataFrame) -> pd.Series[float]:
     """Rank the estimates at each amplitude, and convert the ranks to standard normal deviates."""
-    from scipy.special import ndtri  # noqa: PLC0415 - takes a second to import
+    from scipy.special import ndtri
 
     by = trials.groupby("level", observed=True)["normalised"]
     ranks, counts = by.rank(), by.transform("count")

@@ -177,7 +177,7 @@ def column_answer(solutions: Solutions, measure: str, *, variants: bool = False)
 
 
 def _uncounted(solutions: Solutions, variants: tuple[Variant, ...]) -> ColumnAnswer:
-    from slipscale.analysis.reconstruction.data_sets.saddle_point import log10_multisets  # noqa: PLC0415 - rare
+    from slipscale.analysis.reconstruction.data_sets.saddle_point import log10_multisets
 
     column, found = solutions.column, solutions.targets
     return ColumnAnswer(
@@ -294,15 +294,15 @@ def across(
         If the columns cannot be compared.
     """
     if design == "independent":
-        from slipscale.analysis.reconstruction.inference.independent import independent_conclusions  # noqa: PLC0415 - if requested
+        from slipscale.analysis.reconstruction.inference.independent import independent_conclusions
 
         return Across(
             bounds=tuple(independent_conclusions(columns)), not_listed=(), distributions=()
         )
-    from slipscale.analysis.reconstruction.counts.listing import LISTED  # noqa: PLC0415
-    from slipscale.analysis.reconstruction.data_sets.sampling import Sampler  # noqa: PLC0415
-    from slipscale.analysis.reconstruction.inference.conclusions import conclusions, of_moments  # noqa: PLC0415 - if requested
-    from slipscale.analysis.reconstruction.inference.distributions import distributions  # noqa: PLC0415
+    from slipscale.analysis.reconstruction.counts.listing import LISTED
+    from slipscale.analysis.reconstruction.data_sets.sampling import Sampler
+    from slipscale.analysis.reconstruction.inference.conclusions import conclusions, of_moments
+    from slipscale.analysis.reconstruction.inference.distributions import distributions
 
     long = tuple(s.column.label for s in columns if s.not_drawn or s.multisets > LISTED)
     drawable = not any(_not_drawn(s, measure) for s in columns)
@@ -315,8 +315,8 @@ def across(
 
 def seconds_across(columns: Sequence[Solutions], design: Design) -> float:
     """Estimate the run time of `across` in seconds, for progress messages."""
-    from slipscale.analysis.reconstruction.counts.listing import LISTED  # noqa: PLC0415
-    from slipscale.analysis.reconstruction.inference.conclusions import seconds_to_conclude  # noqa: PLC0415 - if requested
+    from slipscale.analysis.reconstruction.counts.listing import LISTED
+    from slipscale.analysis.reconstruction.inference.conclusions import seconds_to_conclude
 
     if design == "independent" or any(s.not_drawn or s.multisets > LISTED for s in columns):
         return 0.0

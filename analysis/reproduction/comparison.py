@@ -21,6 +21,7 @@ from types import ModuleType
 
 from slipscale.analysis.published.biet2007 import agrees
 from slipscale.faults import UserError
+from slipscale.figure_style import save
 
 #: Modules that define ``ITEMS``, and files with recorded values, in the order of the output.
 SOURCES: tuple[tuple[str, str], ...] = (
@@ -226,8 +227,6 @@ def write_figures(
     out: Path, wanted: Sequence[str] = (), progress: Callable[[str], None] | None = None
 ) -> list[Path]:
     """Write the figures for the chosen items as SVG and PNG, and return the paths."""
-    from slipscale.figure_style import save  # noqa: PLC0415 - as late as the figures themselves
-
     # A figure belongs to all items with its name as prefix, such as fig15.0.5 for fig15.
     chosen = {name.split(".")[0] for name in choose(wanted)}
     paths: list[Path] = []

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 def alpha() -> Outcome:
     """Compute the ratio of the moduli, equation (26) and Table II."""
-    from slipscale.hardware.plate.beam import BeamSection  # noqa: PLC0415 - see ITEMS
+    from slipscale.hardware.plate.beam import BeamSection
 
     return Outcome(
         published="1.81",
@@ -32,7 +32,7 @@ def alpha() -> Outcome:
 
 def c11p() -> Outcome:
     """Compute the ceramic's modulus c11p (Table II) from the matrices in Appendix B."""
-    from slipscale.hardware.plate.materials import P1_91  # noqa: PLC0415 - see ITEMS
+    from slipscale.hardware.plate.materials import P1_91
 
     return Outcome(
         published="6.79",
@@ -47,7 +47,7 @@ def c11p() -> Outcome:
 
 def d31() -> Outcome:
     """Compute the ceramic's charge constant d31 (Table II) from Appendix B."""
-    from slipscale.hardware.plate.materials import P1_91  # noqa: PLC0415 - see ITEMS
+    from slipscale.hardware.plate.materials import P1_91
 
     return Outcome(
         published="-247",
@@ -59,7 +59,7 @@ def d31() -> Outcome:
 
 def plate_area() -> Outcome:
     """Compute the area of the touch surface (Section III-C)."""
-    from slipscale.hardware.plate.geometry import Layout  # noqa: PLC0415 - see ITEMS
+    from slipscale.hardware.plate.geometry import Layout
 
     plate = Layout.prototype()
     return Outcome(
@@ -72,7 +72,7 @@ def plate_area() -> Outcome:
 
 def plate_half_wave() -> Outcome:
     """Compute half the wavelength of the (8;0) mode (Section III-C)."""
-    from slipscale.hardware.plate.geometry import Layout  # noqa: PLC0415 - see ITEMS
+    from slipscale.hardware.plate.geometry import Layout
 
     return Outcome(
         published="10.37",
@@ -88,8 +88,8 @@ def plate_half_wave() -> Outcome:
 
 def harmonic_cross() -> Outcome:
     """Compute the frequency of a half-wavelength section at the length marked in Fig. 9."""
-    from slipscale.hardware.plate.geometry import Layout  # noqa: PLC0415 - see ITEMS
-    from slipscale.hardware.plate.paper_study import half_wave_frequency_hz  # noqa: PLC0415
+    from slipscale.hardware.plate.geometry import Layout
+    from slipscale.hardware.plate.paper_study import half_wave_frequency_hz
 
     return Outcome(
         published="34.77",
@@ -110,7 +110,7 @@ def first_test_share() -> Outcome:
 
     In the first test of the paper, all twelve participants felt the effect.
     """
-    from scipy.stats import binomtest  # noqa: PLC0415 - see ITEMS
+    from scipy.stats import binomtest
 
     interval = binomtest(PARTICIPANTS, PARTICIPANTS).proportion_ci(method="exact")
     return Outcome(

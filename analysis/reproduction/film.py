@@ -11,7 +11,9 @@ from collections.abc import Callable, Mapping
 from functools import cache, partial
 from typing import TYPE_CHECKING
 
+from slipscale.analysis.published.biet2007 import TABLE3
 from slipscale.analysis.reproduction.comparison import Outcome, item, record
+from slipscale.stimuli.surface import peak_from_pp
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -29,21 +31,20 @@ def more_than(published: str, ours: float) -> bool:
 
 
 def _squeeze(frequency_hz: float, peak: float, roughness: float) -> float:
-    from slipscale.stimuli.film.squeeze_film import squeeze_number  # noqa: PLC0415 - see ITEMS
+    from slipscale.stimuli.film.squeeze_film import squeeze_number
 
     return float(squeeze_number(frequency_hz, peak, roughness))
 
 
 def _friction(peak: float, roughness: float) -> float:
-    from slipscale.stimuli.film.squeeze_film import relative_friction  # noqa: PLC0415 - see ITEMS
+    from slipscale.stimuli.film.squeeze_film import relative_friction
 
     return float(relative_friction(peak, roughness, 40_000).relative_friction)
 
 
 @cache
 def _film(amplitude_um_pp: float) -> FilmState:
-    from slipscale.stimuli.film.reynolds import WorkingPoint, solve  # noqa: PLC0415 - see ITEMS
-    from slipscale.stimuli.surface import peak_from_pp  # noqa: PLC0415
+    from slipscale.stimuli.film.reynolds import WorkingPoint, solve
 
     return solve(
         WorkingPoint(
@@ -54,8 +55,7 @@ def _film(amplitude_um_pp: float) -> FilmState:
 
 def reynolds(amplitude_um_pp: float) -> Outcome:
     """Compute the mean overpressure at one amplitude from the full Reynolds equation."""
-    from slipscale.stimuli.film.squeeze_film import mean_overpressure  # noqa: PLC0415 - see ITEMS
-    from slipscale.stimuli.surface import peak_from_pp  # noqa: PLC0415
+    from slipscale.stimuli.film.squeeze_film import mean_overpressure
 
     ours = _film(amplitude_um_pp).overpressure
     closed = float(mean_overpressure(peak_from_pp(amplitude_um_pp), 0.6))
@@ -70,10 +70,10 @@ def reynolds(amplitude_um_pp: float) -> Outcome:
 
 def _above_the_finger(closed_form: bool) -> float:
     """Return the proportion of the contact where film pressure exceeds finger pressure."""
-    import numpy as np  # noqa: PLC0415 - see ITEMS
+    import numpy as np
 
-    from slipscale.stimuli.film.reynolds import WorkingPoint, solve  # noqa: PLC0415
-    from slipscale.stimuli.film.squeeze_film import (  # noqa: PLC0415
+    from slipscale.stimuli.film.reynolds import WorkingPoint, solve
+    from slipscale.stimuli.film.squeeze_film import (
         AIR,
         FINGER,
         NORMAL_FORCE_N,
@@ -95,7 +95,7 @@ def some(_published: str, ours: float) -> bool:
 
 
 def _stimuli_figure(name: str) -> Figure:
-    from slipscale.analysis.figures import squeeze_film  # noqa: PLC0415 - matplotlib takes half a second
+    from slipscale.analysis.figures import squeeze_film
 
     figure: Figure = getattr(squeeze_film, name)()
     return figure
@@ -103,8 +103,7 @@ def _stimuli_figure(name: str) -> Figure:
 
 def draw_perception() -> Figure:
     """Plot the estimates in Table III against the friction that models predict."""
-    from slipscale.analysis.figures.friction import perception_figure  # noqa: PLC0415
-    from slipscale.analysis.published.biet2007 import TABLE3  # noqa: PLC0415
+    from slipscale.analysis.figures.friction import perception_figure
 
     return perception_figure(
         [float(row.amplitude_um_pp) for row in TABLE3],

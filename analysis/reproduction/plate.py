@@ -12,6 +12,7 @@ from functools import cache, partial
 from typing import TYPE_CHECKING
 
 from slipscale.analysis.reproduction.comparison import Outcome, item, record
+from slipscale.hardware.plate.dynamics import Resonator, conditions
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -30,25 +31,25 @@ _GAPS = (
 
 
 def _printed() -> BeamSection:
-    from slipscale.hardware.plate.beam import BeamSection  # noqa: PLC0415 - see ITEMS
+    from slipscale.hardware.plate.beam import BeamSection
 
     return BeamSection.printed()
 
 
 def _timoshenko_half_wave_mm() -> float:
-    from slipscale.hardware.plate.beam import BeamSection  # noqa: PLC0415 - see ITEMS
+    from slipscale.hardware.plate.beam import BeamSection
 
     return BeamSection.plane_strain().timoshenko_half_wave_mm(25_000)
 
 
 def _fe_half_wave_mm() -> float:
-    from slipscale.hardware.plate.paper_study import half_wave_for_frequency_mm  # noqa: PLC0415 - see ITEMS
+    from slipscale.hardware.plate.paper_study import half_wave_for_frequency_mm
 
     return half_wave_for_frequency_mm(25_000)
 
 
 def _mode80_khz() -> float:
-    from slipscale.hardware.plate.paper_study import prototype_modes  # noqa: PLC0415 - see ITEMS
+    from slipscale.hardware.plate.paper_study import prototype_modes
 
     found = prototype_modes(continuous=True)
     return float(found.frequency_hz[found.driven]) / 1e3
@@ -56,8 +57,8 @@ def _mode80_khz() -> float:
 
 def fig9_fe(half_wave_mm: float) -> Outcome:
     """Compute the frequency of a half-wavelength section with finite elements."""
-    from slipscale.hardware.plate.geometry import Layout  # noqa: PLC0415 - see ITEMS
-    from slipscale.hardware.plate.paper_study import half_wave_frequency_hz  # noqa: PLC0415
+    from slipscale.hardware.plate.geometry import Layout
+    from slipscale.hardware.plate.paper_study import half_wave_frequency_hz
 
     reason = "the paper gives this value only as a point in Fig. 9"
     if half_wave_mm == 11:  # noqa: PLR2004 - the one size where two modes mix
@@ -70,7 +71,7 @@ def fig9_fe(half_wave_mm: float) -> Outcome:
 
 
 def _peak() -> Harmonic:
-    from slipscale.hardware.plate.paper_study import harmonic, prototype_modes  # noqa: PLC0415
+    from slipscale.hardware.plate.paper_study import harmonic, prototype_modes
 
     return harmonic(prototype_modes())
 
@@ -86,9 +87,7 @@ _TWIN = (
 @cache
 def _twin_peak() -> tuple[float, float]:
     """Return the resonance frequency of the simulated plate, and its amplitude at 15 V."""
-    from scipy.optimize import minimize_scalar  # noqa: PLC0415 - see ITEMS
-
-    from slipscale.hardware.plate.dynamics import Resonator, conditions  # noqa: PLC0415
+    from scipy.optimize import minimize_scalar
 
     twin = Resonator()
     now = conditions(twin)
@@ -103,8 +102,8 @@ def _twin_peak() -> tuple[float, float]:
 
 def draw_fig8() -> Figure:
     """Plot Fig. 8."""
-    from slipscale.hardware.plate.beam import BeamSection  # noqa: PLC0415
-    from slipscale.hardware.plate.design import figures  # noqa: PLC0415 - matplotlib takes half a second
+    from slipscale.hardware.plate.beam import BeamSection
+    from slipscale.hardware.plate.design import figures
 
     figure: Figure = figures.deflection_figure(BeamSection.printed())
     return figure
@@ -112,10 +111,10 @@ def draw_fig8() -> Figure:
 
 def draw_fig9() -> Figure:
     """Plot Fig. 9, including the harmonic peak, a Timoshenko model and the measured plate."""
-    from slipscale.hardware.plate.beam import BeamSection  # noqa: PLC0415
-    from slipscale.hardware.plate.design import figures  # noqa: PLC0415 - matplotlib takes half a second
-    from slipscale.hardware.plate.geometry import Layout  # noqa: PLC0415
-    from slipscale.hardware.plate.paper_study import HALF_WAVES_MM, half_wave_frequency_hz  # noqa: PLC0415
+    from slipscale.hardware.plate.beam import BeamSection
+    from slipscale.hardware.plate.design import figures
+    from slipscale.hardware.plate.geometry import Layout
+    from slipscale.hardware.plate.paper_study import HALF_WAVES_MM, half_wave_frequency_hz
 
     figure: Figure = figures.frequency_figure(
         BeamSection.printed(),
@@ -131,8 +130,8 @@ def draw_fig9() -> Figure:
 
 def draw_fig11() -> Figure:
     """Plot Fig. 11."""
-    from slipscale.hardware.plate.design import figures  # noqa: PLC0415 - matplotlib takes half a second
-    from slipscale.hardware.plate.paper_study import prototype_modes  # noqa: PLC0415
+    from slipscale.hardware.plate.design import figures
+    from slipscale.hardware.plate.paper_study import prototype_modes
 
     found = prototype_modes(continuous=True)
     khz = found.frequency_hz[found.driven] / 1e3
@@ -144,8 +143,8 @@ def draw_fig11() -> Figure:
 
 def draw_fig12() -> Figure:
     """Plot Fig. 12 for the edge and the middle of the plate, and for floating electrodes."""
-    from slipscale.hardware.plate.design import figures  # noqa: PLC0415 - matplotlib takes half a second
-    from slipscale.hardware.plate.paper_study import harmonic, prototype_modes  # noqa: PLC0415
+    from slipscale.hardware.plate.design import figures
+    from slipscale.hardware.plate.paper_study import harmonic, prototype_modes
 
     shorted, floating = prototype_modes(), prototype_modes(electrodes="open")
     figure: Figure = figures.harmonic_figure(

@@ -40,7 +40,7 @@ def cell(row: biet2007.TableRow, statistic: str, *, figure: bool = False) -> Out
 
 def draw_fig15() -> Figure:
     """Plot Fig. 15 for the data set consistent with Table III."""
-    from slipscale.analysis.tasks.estimation import figures as estimates  # noqa: PLC0415 - matplotlib takes a second to load
+    from slipscale.analysis.tasks.estimation import figures as estimates
 
     figure = estimates.table3(allowed().cells, unit="normalised, 0 to 100")
     return with_note(

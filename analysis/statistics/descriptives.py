@@ -69,7 +69,7 @@ def cousineau_morey(values: NDArray[np.float64], confidence: float = 0.95) -> ND
         Values; missing values are not allowed. With fewer than `FEWEST` participants or fewer than
         two conditions, the half-widths are NaN.
     """
-    from scipy import stats  # noqa: PLC0415 - takes a second to import, only when an interval is asked for
+    from scipy import stats
 
     n, k = values.shape
     if n < FEWEST or k < 2:  # noqa: PLR2004
@@ -157,7 +157,7 @@ def student_intervals(
     For small, skewed samples, these intervals have better coverage than percentile or BCa bootstrap
     intervals (docs/validation/measured/statistics.md).
     """
-    from scipy import stats  # noqa: PLC0415 - takes a second to import
+    from scipy import stats
 
     n = table.notna().sum().to_numpy(float)
     error = table.std(ddof=1).to_numpy(float) / np.sqrt(np.maximum(n, 1))

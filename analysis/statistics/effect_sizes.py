@@ -19,14 +19,14 @@ SMALL_T = 1.0
 
 def _noncentrality(t: float, df: int, p: float) -> float:
     """Return the non-centrality parameter for which P(T <= t) = p, for a small t."""
-    from scipy import optimize, stats  # noqa: PLC0415 - see `d_z_interval`
+    from scipy import optimize, stats
 
     return float(optimize.brentq(lambda shift: stats.nct.cdf(t, df, shift) - p, -8.0, 8.0))
 
 
 def _t_noncentrality(t: float, df: int, confidence: float) -> tuple[float, float] | None:
     """Return the confidence limits of the non-centrality parameter of t, or None if not found."""
-    from scipy import special  # noqa: PLC0415 - see `d_z_interval`
+    from scipy import special
 
     if abs(t) > LARGEST_T:
         return None
@@ -110,7 +110,7 @@ def _f_noncentrality(f: float, df1: float, df2: float, p: float) -> float:
 
     Returns NaN if SciPy cannot compute the distribution.
     """
-    from scipy import optimize, stats  # noqa: PLC0415
+    from scipy import optimize, stats
 
     if stats.f.cdf(f, df1, df2) <= p:
         return 0.0
@@ -161,7 +161,7 @@ def eta_squared_interval(values: Array, confidence: float) -> ConfidenceInterval
     values : array, shape (participants, amplitudes)
         Values of at least three participants; missing values are not allowed.
     """
-    from scipy import stats  # noqa: PLC0415
+    from scipy import stats
 
     n = len(values)
     centred = values - values.mean()

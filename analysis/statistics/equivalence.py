@@ -57,7 +57,7 @@ def equivalence(logs: MeanOverParticipants, bound: float) -> Equivalence:
     bound : float
         Equivalence bound, a ratio above 1.
     """
-    from scipy import stats  # noqa: PLC0415 - takes a second to import
+    from scipy import stats
 
     se = logs.sd / sqrt(logs.df + 1)
     above_low, below_high = (log(bound) + logs.mean) / se, (log(bound) - logs.mean) / se

@@ -53,7 +53,7 @@ def mean_over_participants(
     confidence : float
         Confidence level of the interval.
     """
-    from scipy import stats  # noqa: PLC0415 - takes a second to import
+    from scipy import stats
 
     values = values[np.isfinite(values)]
     if len(values) < FEWEST:

@@ -141,7 +141,7 @@ def _same(values: Array) -> bool:
 
 
 def _line(who: str, friction: Array, logs: Array, confidence: float) -> ParticipantLine:
-    from scipy import stats  # noqa: PLC0415 - takes a second to import
+    from scipy import stats
 
     found = stats.linregress(friction, logs)
     half = stats.t.ppf((1 + confidence) / 2, len(logs) - 2) * found.stderr

@@ -99,7 +99,7 @@ def mixed_model(data: Prepared) -> MixedModel | NotComputed:
     gives intervals that are too narrow for twelve people. Standard errors of variances are not
     reported, because the values from statsmodels are not usable.
     """
-    from scipy import stats  # noqa: PLC0415
+    from scipy import stats
 
     frame, why = _frame(data)
     if why:
@@ -185,7 +185,7 @@ def likeliest(
         Formulas for the fixed effects and for participants' random effects.
     """
     # statsmodels.formula.api is not used, because it loads all of statsmodels, which is slow.
-    from statsmodels.regression.mixed_linear_model import MixedLM  # noqa: PLC0415 - slow
+    from statsmodels.regression.mixed_linear_model import MixedLM
 
     # Without centring, intercept and slope can be so strongly correlated (as with logarithms of
     # nanometres) that an optimiser stops early. Centring does not change the likelihood.

@@ -192,7 +192,7 @@ def _components(squares: Array, n: int, k: int, repetitions: int) -> Array:
 def _coefficient(
     whole: Array, without: Array, r: float, confidence: float
 ) -> IntraclassCorrelation:
-    from scipy import stats  # noqa: PLC0415 - takes a second to import
+    from scipy import stats
 
     def ratio(components: Array) -> Array:
         between = components[..., 0] + components[..., 1]

@@ -37,7 +37,7 @@ def reml_components(
     starts : sequence of (float, float)
         Starting values of the two variance ratios (see `STARTS`).
     """
-    from scipy import optimize  # noqa: PLC0415 - takes half a second to import
+    from scipy import optimize
 
     used = (counts > 0).any(axis=0)
     own, cells = np.where(counts > 0, means, 0.0)[:, used], counts[:, used]

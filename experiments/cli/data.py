@@ -65,9 +65,9 @@ def add_data(parser: ArgumentParser) -> None:
 
 def run_data(args: Namespace) -> int:
     """Run a subcommand on a data set, and return 1 if anything is damaged or differs."""
-    from slipscale.experiments.dataset.bids import build_dataset  # noqa: PLC0415
-    from slipscale.experiments.dataset.journals import journals  # noqa: PLC0415
-    from slipscale.experiments.dataset.verification import verify  # noqa: PLC0415
+    from slipscale.experiments.dataset.bids import build_dataset
+    from slipscale.experiments.dataset.journals import journals
+    from slipscale.experiments.dataset.verification import verify
 
     if args.what == "merge":
         return _merge(args.one, args.other, args.out)
@@ -86,7 +86,7 @@ def run_data(args: Namespace) -> int:
 
 
 def _merge(one: Path, other: Path, out: Path) -> int:
-    from slipscale.experiments.dataset.merging import merge  # noqa: PLC0415
+    from slipscale.experiments.dataset.merging import merge
 
     merged = merge(one, other, out)
     for sentence in merged.notes:
@@ -98,12 +98,12 @@ def _merge(one: Path, other: Path, out: Path) -> int:
 
 
 def _withdraw(dataset: Path, participant: str, *, remove: bool) -> int:
-    from slipscale.experiments.dataset.withdrawal import (  # noqa: PLC0415
+    from slipscale.experiments.dataset.withdrawal import (
         sources_with,
         theirs,
         withdraw,
     )
-    from slipscale.experiments.dataset.withdrawn import replacement  # noqa: PLC0415
+    from slipscale.experiments.dataset.withdrawn import replacement
 
     for path in withdraw(dataset, participant) if remove else theirs(dataset, participant):
         print(f"{'removed' if remove else 'would be removed'}: {path}")
@@ -128,10 +128,10 @@ def _withdraw(dataset: Path, participant: str, *, remove: bool) -> int:
 
 def _tell(args: Namespace, problems: Sequence[Problem], journals: int) -> int:
     if args.json:
-        import json  # noqa: PLC0415
-        from dataclasses import asdict  # noqa: PLC0415
+        import json
+        from dataclasses import asdict
 
-        from slipscale.faults.message import output  # noqa: PLC0415
+        from slipscale.faults.message import output
 
         found = [
             asdict(each) | {"place": output(each.place), "what": output(each.what)}

@@ -84,7 +84,7 @@ def run_lab(args: Namespace) -> int:
     """Create a laboratory folder, or open the console of the current folder."""
     if args.what is None:
         return _console(args)
-    from slipscale.experiments.lab.folder import FILE, LabFile, init  # noqa: PLC0415
+    from slipscale.experiments.lab.folder import FILE, LabFile, init
 
     options = {key: getattr(args, key, None) for key in LabFile.model_fields}
     given = {key: value for key, value in options.items() if value is not None}
@@ -98,9 +98,9 @@ def run_lab(args: Namespace) -> int:
 
 
 def _console(args: Namespace) -> int:
-    from slipscale.experiments.lab.console.serve import serve  # noqa: PLC0415 - Starlette and uvicorn
-    from slipscale.experiments.lab.defaults import here  # noqa: PLC0415
-    from slipscale.faults import UserError  # noqa: PLC0415
+    from slipscale.experiments.lab.console.serve import serve
+    from slipscale.experiments.lab.defaults import here
+    from slipscale.faults import UserError
 
     if not 0 <= args.port <= HIGHEST_PORT:
         raise UserError(
@@ -135,9 +135,9 @@ def add_next(parser: ArgumentParser) -> None:
 
 def run_next(args: Namespace) -> int:
     """Show the next participant, ask for confirmation, and run the session."""
-    from slipscale.experiments.cli.sessions import begins_as_before, run_session  # noqa: PLC0415
-    from slipscale.faults import UserError  # noqa: PLC0415
-    from slipscale.hardware.address import is_mock  # noqa: PLC0415
+    from slipscale.experiments.cli.sessions import begins_as_before, run_session
+    from slipscale.faults import UserError
+    from slipscale.hardware.address import is_mock
 
     defaults, roster = _folder(pilot=args.pilot)
     if is_mock(defaults.plate) and not args.pilot:
@@ -171,7 +171,7 @@ def run_next(args: Namespace) -> int:
 
 
 def _agreed() -> bool:
-    from slipscale.faults import UserError  # noqa: PLC0415
+    from slipscale.faults import UserError
 
     if not sys.stdin.isatty():
         raise UserError(
@@ -189,8 +189,8 @@ def _whose(roster: Roster, wanted: str | None) -> tuple[str, Visit | None]:
         If a session is running, if all planned participants have started, or if the requested
         participant has no planned runs left.
     """
-    from slipscale.faults import UserError  # noqa: PLC0415
-    from slipscale.faults.message import Message  # noqa: PLC0415
+    from slipscale.faults import UserError
+    from slipscale.faults.message import Message
 
     if roster.running:
         raise UserError(
@@ -228,14 +228,14 @@ def run_participants(args: Namespace) -> int:
     """List the participants, and show who is next."""
     defaults, roster = _folder()
     if args.json:
-        import json  # noqa: PLC0415
-        from dataclasses import asdict  # noqa: PLC0415
+        import json
+        from dataclasses import asdict
 
         print(json.dumps(asdict(roster), indent=2, ensure_ascii=False, default=str))
         return DONE
-    from rich import box  # noqa: PLC0415
-    from rich.console import Console  # noqa: PLC0415
-    from rich.table import Table  # noqa: PLC0415
+    from rich import box
+    from rich.console import Console
+    from rich.table import Table
 
     table = Table(box=box.SIMPLE_HEAD)
     for title in ("participant", "state", "place", "tasks in order", "runs", "last began (UTC)"):
@@ -296,7 +296,7 @@ def _exclusions(roster: Roster) -> list[str]:
 
 def _without_backup(defaults: Defaults) -> list[str]:
     """Return a sentence that lists the runs without a complete backup, if there are any."""
-    from slipscale.experiments.dataset.backup import not_backed_up  # noqa: PLC0415
+    from slipscale.experiments.dataset.backup import not_backed_up
 
     missing = not_backed_up(defaults.data, defaults.backup)
     names = ", ".join(path.name.removesuffix("_journal.jsonl") for path in missing)
@@ -305,7 +305,7 @@ def _without_backup(defaults: Defaults) -> list[str]:
 
 
 def _how_to_resume(person: Person) -> str:
-    from slipscale.experiments.running.run_state import how_to_resume  # noqa: PLC0415
+    from slipscale.experiments.running.run_state import how_to_resume
 
     return next(how_to_resume(v.path) for v in person.visits if v.state == "interrupted")
 
@@ -322,10 +322,10 @@ def add_note(parser: ArgumentParser) -> None:
 
 def run_note(args: Namespace) -> int:
     """Send the operator's note to the running session, which records the note in its journal."""
-    from slipscale.experiments.journal.locks import is_being_written  # noqa: PLC0415
-    from slipscale.experiments.lab.defaults import here, say  # noqa: PLC0415
-    from slipscale.experiments.session.mailbox import LiveRequest, post, read_status  # noqa: PLC0415
-    from slipscale.faults import UserError  # noqa: PLC0415
+    from slipscale.experiments.journal.locks import is_being_written
+    from slipscale.experiments.lab.defaults import here, say
+    from slipscale.experiments.session.mailbox import LiveRequest, post, read_status
+    from slipscale.faults import UserError
 
     text = " ".join(args.words)
     if len(text) > LONGEST_NOTE:
@@ -364,10 +364,10 @@ def _folder(*, pilot: bool = False) -> tuple[Defaults, Roster]:
     UserError
         If the current folder is not a laboratory folder.
     """
-    from slipscale.experiments.lab.defaults import FILE, here, say  # noqa: PLC0415
-    from slipscale.experiments.lab.roster import read_roster  # noqa: PLC0415
-    from slipscale.experiments.study.file import read_study  # noqa: PLC0415
-    from slipscale.faults import UserError  # noqa: PLC0415
+    from slipscale.experiments.lab.defaults import FILE, here, say
+    from slipscale.experiments.lab.roster import read_roster
+    from slipscale.experiments.study.file import read_study
+    from slipscale.faults import UserError
 
     defaults = here()
     if defaults.file is None:
@@ -380,7 +380,7 @@ def _folder(*, pilot: bool = False) -> tuple[Defaults, Roster]:
 
 
 def _first_session(defaults: Defaults) -> str:
-    from slipscale.experiments.study.file import read_study  # noqa: PLC0415
+    from slipscale.experiments.study.file import read_study
 
     return (*read_study(defaults.study)[0].sessions, "")[0]
 

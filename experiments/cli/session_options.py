@@ -81,20 +81,20 @@ def contact_specs(args: Namespace) -> ContactSpecs:
 
 def named_contact(args: Namespace) -> ContactSpecs:
     """Return the finger sensors given on the command line, without defaults."""
-    from slipscale.experiments.running.contact_sources import ContactSpecs  # noqa: PLC0415
+    from slipscale.experiments.running.contact_sources import ContactSpecs
 
     return ContactSpecs(position=args.position, force=args.force)
 
 
 def simulated_contact(args: Namespace) -> ContactSpecs:
     """Return the finger sensors for a pilot; those set in the laboratory folder are simulated."""
-    from slipscale.experiments.running.contact_sources import simulated  # noqa: PLC0415
+    from slipscale.experiments.running.contact_sources import simulated
 
     return named_contact(args).otherwise(simulated(_folders_contact()))
 
 
 def _folders_contact() -> ContactSpecs:
-    from slipscale.experiments.running.contact_sources import ContactSpecs  # noqa: PLC0415
+    from slipscale.experiments.running.contact_sources import ContactSpecs
 
     defaults = here()
     return ContactSpecs(position=defaults.position, force=defaults.force)

@@ -53,8 +53,8 @@ def add_run(parser: ArgumentParser) -> None:
 
 def run_run(args: Namespace) -> int:
     """Run a participant's session."""
-    from slipscale.experiments.running.lab_session import make_plan  # noqa: PLC0415
-    from slipscale.hardware.address import is_mock  # noqa: PLC0415
+    from slipscale.experiments.running.lab_session import make_plan
+    from slipscale.hardware.address import is_mock
 
     defaults = here()
     say(defaults)
@@ -79,8 +79,8 @@ def run_run(args: Namespace) -> int:
 
 def begins_as_before(dataset: Path, study: str, plate: str, *, ask: bool = True) -> bool:
     """Report changes since the last run and, in a terminal, ask whether to begin anyway."""
-    from slipscale.experiments.running.changed_since import changes  # noqa: PLC0415
-    from slipscale.experiments.study.file import read_study  # noqa: PLC0415
+    from slipscale.experiments.running.changed_since import changes
+    from slipscale.experiments.study.file import read_study
 
     changed = list(changes(dataset, *read_study(study), plate))
     for sentence in changed:
@@ -97,8 +97,8 @@ def run_session(
     defaults: Defaults, *, participant: str, session: str, run: str, pilot: bool
 ) -> int:
     """Run a participant's session with the settings of a laboratory folder."""
-    from slipscale.experiments.running.contact_sources import ContactSpecs  # noqa: PLC0415
-    from slipscale.experiments.running.lab_session import Setting, make_plan  # noqa: PLC0415
+    from slipscale.experiments.running.contact_sources import ContactSpecs
+    from slipscale.experiments.running.lab_session import Setting, make_plan
 
     plan = make_plan(
         defaults.study,
@@ -121,14 +121,14 @@ def run_session(
 
 
 def _begin(out: Path, plan: RunPlan, setting: Setting, *, add_study: bool = False) -> int:
-    from slipscale.experiments.running.lab_session import begin  # noqa: PLC0415
+    from slipscale.experiments.running.lab_session import begin
 
     return _end(begin(out, plan, setting, add_study=add_study), plan.journal_path(out))
 
 
 def _setting(args: Namespace, plate: str, *, markers: tuple[str, ...]) -> Setting:
     """Return the equipment and options for a session, as given on the command line."""
-    from slipscale.experiments.running.lab_session import Setting  # noqa: PLC0415
+    from slipscale.experiments.running.lab_session import Setting
 
     return Setting(
         plate=plate,
@@ -167,15 +167,15 @@ def add_resume(parser: ArgumentParser) -> None:
 
 def run_resume(args: Namespace) -> int:
     """Resume an interrupted run."""
-    from slipscale.experiments.journal.plan_and_progress import (  # noqa: PLC0415
+    from slipscale.experiments.journal.plan_and_progress import (
         answered_by,
         dataset_of,
         last_markers,
         last_plate,
         read_plan,
     )
-    from slipscale.experiments.running.run_state import check_unfinished  # noqa: PLC0415
-    from slipscale.faults import UserError  # noqa: PLC0415
+    from slipscale.experiments.running.run_state import check_unfinished
+    from slipscale.faults import UserError
 
     if args.journal is None or args.journal.is_dir():
         raise UserError(_interrupted(args.journal))
@@ -183,9 +183,9 @@ def run_resume(args: Namespace) -> int:
     check_unfinished(args.journal, records)
     plate = args.plate or last_plate(records)
     if answered_by(records) == "simulated":
-        from slipscale.experiments.dataset.bids import build_dataset  # noqa: PLC0415
-        from slipscale.experiments.running.contact_sources import of_records, require_virtual  # noqa: PLC0415
-        from slipscale.experiments.running.pilot import run_simulated  # noqa: PLC0415
+        from slipscale.experiments.dataset.bids import build_dataset
+        from slipscale.experiments.running.contact_sources import of_records, require_virtual
+        from slipscale.experiments.running.pilot import run_simulated
 
         folder = dataset_of(args.journal, plan)
         specs = named_contact(args).otherwise(of_records(records))
@@ -194,7 +194,7 @@ def run_resume(args: Namespace) -> int:
         for problem in build_dataset(folder):
             print(f"the data set: {problem}", file=sys.stderr)
         return _end("complete", args.journal)
-    from slipscale.experiments.running.lab_session import go_on  # noqa: PLC0415
+    from slipscale.experiments.running.lab_session import go_on
 
     say(here())
     markers = tuple(args.markers or ()) or last_markers(records)
@@ -203,8 +203,8 @@ def run_resume(args: Namespace) -> int:
 
 def _interrupted(folder: Path | None) -> str:
     """Return the error message for a missing journal, which lists the interrupted runs."""
-    from slipscale.experiments.dataset.journals import journals  # noqa: PLC0415
-    from slipscale.experiments.running.run_state import how_to_resume, run_state  # noqa: PLC0415
+    from slipscale.experiments.dataset.journals import journals
+    from slipscale.experiments.running.run_state import how_to_resume, run_state
 
     defaults = here()
     places = [folder] if folder else [defaults.data, defaults.pilots, *defaults.pilots.glob("*")]
@@ -232,7 +232,7 @@ def _end(outcome: str, journal: Path) -> int:
     if outcome == "complete":
         print(f"complete: {journal}")
         return DONE
-    from slipscale.experiments.running.run_state import how_to_resume  # noqa: PLC0415
+    from slipscale.experiments.running.run_state import how_to_resume
 
     print(f"stopped; nothing is lost. {how_to_resume(journal)}")
     return INTERRUPTED
@@ -258,8 +258,8 @@ def _tell_step(finding: Finding) -> None:
 
 def run_check(args: Namespace) -> int:
     """Run the checks that precede a session, and return 1 if a check fails."""
-    from slipscale.experiments.running.preflight import PlannedSession, check  # noqa: PLC0415
-    from slipscale.hardware.address import is_mock  # noqa: PLC0415
+    from slipscale.experiments.running.preflight import PlannedSession, check
+    from slipscale.hardware.address import is_mock
 
     defaults = here()
     say(defaults)
@@ -281,10 +281,10 @@ def run_check(args: Namespace) -> int:
     )
     findings = check(planned, _tell_step if args.json else _print_finding, only=args.only)
     if args.json:
-        import json  # noqa: PLC0415
-        from dataclasses import asdict  # noqa: PLC0415
+        import json
+        from dataclasses import asdict
 
-        from slipscale.faults.message import output  # noqa: PLC0415
+        from slipscale.faults.message import output
 
         found = [
             asdict(each) | {"detail": output(each.detail), "remedy": output(each.remedy)}
@@ -301,8 +301,8 @@ def run_check(args: Namespace) -> int:
 
 
 def _print_finding(finding: Finding) -> None:
-    from rich.console import Console  # noqa: PLC0415
-    from rich.text import Text  # noqa: PLC0415
+    from rich.console import Console
+    from rich.text import Text
 
     mark, style = {True: ("✓", "green"), False: ("✗", "bold red"), None: ("!", "yellow")}[
         finding.passed

@@ -130,7 +130,7 @@ def add_study(parser: ArgumentParser) -> Commands:
 
 def run_study(args: Namespace) -> int:
     """Run a subcommand: create, show, validate or translate a study, or print the JSON Schema."""
-    from slipscale.experiments.running import study_commands  # noqa: PLC0415
+    from slipscale.experiments.running import study_commands
 
     if args.what in ("show", "validate", "texts"):
         say(here())
@@ -184,7 +184,7 @@ def _figure_path(args: Namespace) -> Path | None:
 
 
 def _save(figure: Figure, path: Path) -> None:
-    from slipscale.figure_style import save  # noqa: PLC0415 - only needed for figures
+    from slipscale.figure_style import save
 
     try:
         save(figure, path)
@@ -194,15 +194,15 @@ def _save(figure: Figure, path: Path) -> None:
 
 def _timeline(args: Namespace) -> int:
     """Print a participant's timeline, and draw it if requested."""
-    from slipscale.experiments.participants.simulated_people.population import read_population  # noqa: PLC0415
-    from slipscale.experiments.running.timeline import as_json, lines, timeline  # noqa: PLC0415
+    from slipscale.experiments.participants.simulated_people.population import read_population
+    from slipscale.experiments.running.timeline import as_json, lines, timeline
 
     figure = _figure_path(args)
     population = read_population(args.population) if args.population else None
     found = timeline(args.study, people=args.people, population=population)
     print(as_json(found) if args.json else harmless("\n".join(lines(found))))
     if figure:
-        from slipscale.experiments.running.timeline_figure import timeline_figure  # noqa: PLC0415
+        from slipscale.experiments.running.timeline_figure import timeline_figure
 
         _save(timeline_figure(found), figure)
         if not args.json:

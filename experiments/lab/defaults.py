@@ -51,7 +51,7 @@ def here() -> Defaults:
     """
     if not FILE.exists():
         return Defaults()
-    from slipscale.experiments.lab.folder import read_lab  # noqa: PLC0415 - pydantic, when needed
+    from slipscale.experiments.lab.folder import read_lab
 
     lab = read_lab(Path())
     if lab is None:  # the file was deleted in the meantime

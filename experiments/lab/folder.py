@@ -153,7 +153,7 @@ def write_settings(folder: Path, lab: LabFile) -> None:
         If the existing file is invalid, the study or the backup folder cannot be used, or the file
         cannot be written.
     """
-    import tomlkit  # noqa: PLC0415 - when a file is written
+    import tomlkit
 
     read_lab(folder)
     _check_study(folder, lab)
@@ -181,7 +181,7 @@ QUESTIONS = {
 
 def rendered(given: dict[str, str]) -> str:
     """Return the text of a new ``slipscale.toml`` that explains every key."""
-    import tomlkit  # noqa: PLC0415 - when a file is written
+    import tomlkit
 
     document = tomlkit.document()
     document.add(

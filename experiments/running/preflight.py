@@ -329,7 +329,7 @@ def check_display(planned: PlannedSession) -> Finding:
     If the keyboard does not provide time stamps, the window measures the response times.
     """
     # Imported here, because PsychoPy takes seconds to load and earlier checks may fail first.
-    from slipscale.experiments.participants.psychopy_window import PsychoPyWindow  # noqa: PLC0415
+    from slipscale.experiments.participants.psychopy_window import PsychoPyWindow
 
     # The screen can be checked even if the study is invalid.
     texts: Texts = shipped_texts(planned.language or ENGLISH)
@@ -372,7 +372,7 @@ def check_display(planned: PlannedSession) -> Finding:
 
 def check_sound(planned: PlannedSession) -> Finding:
     """Check that the study's masking noise, if any, can be generated, and find an audio device."""
-    from slipscale.experiments.session.masking_noise import MaskingNoise, check_device  # noqa: PLC0415 - loads PortAudio
+    from slipscale.experiments.session.masking_noise import MaskingNoise, check_device
 
     study, _ = read_study(planned.study)
     noise = study.masking_noise

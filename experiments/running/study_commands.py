@@ -241,7 +241,7 @@ def orders_of_all(name: str) -> Figure:
 
     The figure unblinds you.
     """
-    from slipscale.experiments.running.orders_figure import MOST, orders_figure  # noqa: PLC0415
+    from slipscale.experiments.running.orders_figure import MOST, orders_figure
 
     study, text = read_study(name)
     plan = _plan(name, study, text)

@@ -34,7 +34,7 @@ class LabStream:
 
     def __init__(self, argument: str) -> None:
         try:
-            import pylsl  # noqa: PLC0415 - an extra, and slow to import
+            import pylsl
         except ImportError:
             raise UserError("--markers lsl: {remedy}", remedy=how_to_install("pylsl")) from None
         except (RuntimeError, OSError) as error:
@@ -72,7 +72,7 @@ class SerialTrigger:
     """
 
     def __init__(self, argument: str) -> None:
-        import serial  # noqa: PLC0415
+        import serial
 
         self.name = f"serial:{argument}"
         try:
@@ -113,7 +113,7 @@ class ParallelTrigger:
         with suppress(ValueError):
             wanted = int(argument, 0)
         try:
-            from psychopy.parallel import ParallelPort  # noqa: PLC0415
+            from psychopy.parallel import ParallelPort
 
             self._port: Any = ParallelPort(wanted)
             self._port.setData(0)

@@ -52,7 +52,7 @@ class NoNoise:
 def check_device() -> str | None:
     """Describe a fault in the sound output and its remedy; return None if the output works."""
     try:
-        import sounddevice  # noqa: PLC0415  cannot be imported without PortAudio
+        import sounddevice
     except OSError:
         return "PortAudio is missing: install it (Debian: apt-get install libportaudio2)"
     try:
@@ -68,7 +68,7 @@ def device_rate_hz() -> float:
     """Return the output device's sample rate, or a common rate if no sound can be played."""
     if check_device():
         return COMMON_RATE_HZ
-    import sounddevice  # noqa: PLC0415  see check_device
+    import sounddevice
 
     return float(sounddevice.query_devices(kind="output")["default_samplerate"])
 
@@ -154,7 +154,7 @@ class MaskingNoise:
         wrong = check_device()
         if wrong:
             raise RigError("masking noise: {wrong}", wrong=wrong)
-        import sounddevice  # noqa: PLC0415  see check_device
+        import sounddevice
 
         playback = Playback(self._noise, round(self._fade_s * self._rate_hz))
         playback.target = 1.0

@@ -82,7 +82,7 @@ class SoundOutput:
             If the device does not play.
         """
         self.stop()
-        import sounddevice  # noqa: PLC0415  cannot be imported without PortAudio
+        import sounddevice
 
         rate_hz = device_rate_hz()
         playing = Once(sound.samples(rate_hz))

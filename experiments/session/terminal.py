@@ -323,9 +323,9 @@ class Keys:
 
     def _posix(self, descriptor: int) -> Callable[[], str]:
         # These modules exist only on Unix; `_windows` uses msvcrt.
-        import select  # noqa: PLC0415
-        import termios  # noqa: PLC0415
-        import tty  # noqa: PLC0415
+        import select
+        import termios
+        import tty
 
         before = termios.tcgetattr(descriptor)
         # The callback is registered first, because a signal may arrive in the meantime.
@@ -346,7 +346,7 @@ class Keys:
         return read
 
     def _windows(self) -> Callable[[], str]:
-        import msvcrt  # noqa: PLC0415
+        import msvcrt
 
         kbhit: Callable[[], bool] = msvcrt.kbhit  # type: ignore[attr-defined]  # Windows only
         getwch: Callable[[], str] = msvcrt.getwch  # type: ignore[attr-defined]  # Windows only

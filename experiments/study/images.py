@@ -35,7 +35,7 @@ def with_images(text: str, source: str) -> str:
         tomllib.loads(text)
     except (tomllib.TOMLDecodeError, RecursionError, ValueError):
         return text  # the study parser reports the error
-    import tomlkit  # noqa: PLC0415 - only needed to change a file
+    import tomlkit
 
     document: Any = tomlkit.parse(text)
     textures = document.get("textures")
@@ -58,8 +58,8 @@ def _greys(source: str, name: str) -> Greys:
             source=source,
             name=repr(name),
         )
-    import numpy as np  # noqa: PLC0415 - only studies with images need it
-    from matplotlib.image import imread  # noqa: PLC0415 - as above
+    import numpy as np
+    from matplotlib.image import imread
 
     path = Path(source).parent / name
     try:

@@ -79,7 +79,7 @@ def with_own_language(text: str, source: str, *, absent: bool = False) -> str:
         return text  # the study parser reports the error
     if not isinstance(named, list) or not all(isinstance(each, str) and each for each in named):
         return text
-    import tomlkit  # noqa: PLC0415 - only needed to change a file
+    import tomlkit
 
     document = tomlkit.parse(text)
     del document[KEY]

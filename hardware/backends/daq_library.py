@@ -10,7 +10,7 @@ from slipscale.faults import UserError
 def load_library() -> Any:
     """Import the module ``nidaqmx``. Raises `UserError` if the module is missing."""
     try:
-        import nidaqmx  # noqa: PLC0415 - an extra, and it loads NI's driver
+        import nidaqmx
     except ImportError:
         raise UserError(
             "daq: the library nidaqmx is not installed: pip install 'slipscale[daq]', and "

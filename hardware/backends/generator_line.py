@@ -36,7 +36,7 @@ class GeneratorLine:
     def open(self) -> None:
         """Open the resource. Raises `PlateNotFound`."""
         # Importing PyVISA takes a third of a second.
-        from pyvisa import ResourceManager  # noqa: PLC0415
+        from pyvisa import ResourceManager
 
         on_port = self.resource.upper().startswith("ASRL")
         serial: dict[str, Any] = {"baud_rate": BAUD} if on_port else {}
@@ -74,8 +74,8 @@ class GeneratorLine:
 
     @contextmanager
     def _told_as_faults(self, *, opening: bool = False) -> Iterator[None]:
-        from pyvisa.constants import StatusCode  # noqa: PLC0415 - loaded by now, or never needed
-        from pyvisa.errors import VisaIOError  # noqa: PLC0415
+        from pyvisa.constants import StatusCode
+        from pyvisa.errors import VisaIOError
 
         try:
             yield

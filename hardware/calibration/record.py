@@ -294,7 +294,7 @@ def checksum(calibration: Calibration) -> str:
 
 def to_toml(calibration: Calibration) -> str:
     """Format a calibration as TOML text with a checksum."""
-    import tomlkit  # noqa: PLC0415 - not needed without a calibration
+    import tomlkit
 
     document = tomlkit.document()
     document.add(tomlkit.comment("A plate's calibration: see docs/how-to/calibration.md"))

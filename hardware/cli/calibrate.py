@@ -161,11 +161,11 @@ def without_calibration(spec: str) -> str:
 def run(arguments: Namespace) -> int:
     """Measure or read sweeps, fit them, and write the calibration with a plot."""
     # Imported late, to keep `slipscale plate --help` fast.
-    from slipscale.figure_style import save  # noqa: PLC0415
-    from slipscale.hardware.calibration.plot import draw  # noqa: PLC0415
-    from slipscale.hardware.calibration.readings import read_points  # noqa: PLC0415
-    from slipscale.hardware.calibration.record import DriveChain, Provenance, write_calibration  # noqa: PLC0415
-    from slipscale.hardware.calibration.sweep import SweepPlan, calibration_from  # noqa: PLC0415
+    from slipscale.figure_style import save
+    from slipscale.hardware.calibration.plot import draw
+    from slipscale.hardware.calibration.readings import read_points
+    from slipscale.hardware.calibration.record import DriveChain, Provenance, write_calibration
+    from slipscale.hardware.calibration.sweep import SweepPlan, calibration_from
 
     if not arguments.measure_only:
         _check_out(arguments.out)
@@ -222,7 +222,7 @@ def run(arguments: Namespace) -> int:
 
 
 def _check_plausible(calibration: Calibration, plate: PlateDriver, *, changed_plate: bool) -> None:
-    from slipscale.hardware.calibration.soundness import changed, implausible  # noqa: PLC0415
+    from slipscale.hardware.calibration.soundness import changed, implausible
 
     expected = plate.plate_file.expected.model_dump() if plate.plate_file else {}
     faults = implausible(calibration, expected)
@@ -258,9 +258,9 @@ def _check_out(path: Path) -> None:
 
 
 def _open(arguments: Namespace) -> PlateDriver:
-    from slipscale.hardware.address import without_session_watchdog  # noqa: PLC0415
-    from slipscale.hardware.clock import Clock, SystemClock, VirtualClock  # noqa: PLC0415
-    from slipscale.hardware.registry import open_plate  # noqa: PLC0415
+    from slipscale.hardware.address import without_session_watchdog
+    from slipscale.hardware.clock import Clock, SystemClock, VirtualClock
+    from slipscale.hardware.registry import open_plate
 
     spec = without_session_watchdog(arguments.plate or "mock")
     clock: Clock = VirtualClock() if spec.startswith("mock") else SystemClock()
@@ -296,7 +296,7 @@ def _plate_serial(plate: PlateDriver, given: str) -> str:
 
 def _device(plate: PlateDriver, arguments: Namespace) -> Device:
     """Return the device that drove the plate for the readings in a file."""
-    from slipscale.hardware.calibration.record import Device  # noqa: PLC0415
+    from slipscale.hardware.calibration.record import Device
 
     if not arguments.serial and not plate.simulated:
         raise UserError(
@@ -309,9 +309,9 @@ def _device(plate: PlateDriver, arguments: Namespace) -> Device:
 def _measure(
     plate: PlateDriver, arguments: Namespace, plan: SweepPlan, drive: DriveChain
 ) -> tuple[Device, tuple[Point, ...]]:
-    from slipscale.hardware.calibration.record import Device  # noqa: PLC0415
-    from slipscale.hardware.calibration.sweep import sweep  # noqa: PLC0415
-    from slipscale.hardware.signals import silent_on_signals  # noqa: PLC0415
+    from slipscale.hardware.calibration.record import Device
+    from slipscale.hardware.calibration.sweep import sweep
+    from slipscale.hardware.signals import silent_on_signals
 
     def report(frequency_hz: float, volts: float, read: str) -> None:
         if arguments.steps:

@@ -65,11 +65,11 @@ def run(arguments: Namespace) -> int:
 
 @contextmanager
 def _bench(port: str, *, long: bool) -> Iterator[Bench]:
-    from slipscale.hardware.backends.serial_board import protocol as wire  # noqa: PLC0415 - loads pyserial
-    from slipscale.hardware.backends.serial_board.host import SystemHost  # noqa: PLC0415
-    from slipscale.hardware.conformance.bench import Bench  # noqa: PLC0415
-    from slipscale.hardware.errors import PlateFault  # noqa: PLC0415
-    from slipscale.hardware.signals import signals_raise  # noqa: PLC0415
+    from slipscale.hardware.backends.serial_board import protocol as wire
+    from slipscale.hardware.backends.serial_board.host import SystemHost
+    from slipscale.hardware.conformance.bench import Bench
+    from slipscale.hardware.errors import PlateFault
+    from slipscale.hardware.signals import signals_raise
 
     host = SystemHost()
     line = host.open_line(port)
@@ -83,8 +83,8 @@ def _bench(port: str, *, long: bool) -> Iterator[Bench]:
 
 
 def _board(bench: Bench, *, guided: bool) -> Iterator[Verdict]:
-    from slipscale.hardware.conformance.guided import Terminal, guide  # noqa: PLC0415
-    from slipscale.hardware.conformance.table import examine  # noqa: PLC0415
+    from slipscale.hardware.conformance.guided import Terminal, guide
+    from slipscale.hardware.conformance.table import examine
 
     yield from examine(bench)
     if guided:
@@ -92,11 +92,11 @@ def _board(bench: Bench, *, guided: bool) -> Iterator[Verdict]:
 
 
 def _backend(spec: str) -> Iterator[Verdict]:
-    from slipscale.hardware.address import without_session_watchdog  # noqa: PLC0415
-    from slipscale.hardware.clock import SystemClock  # noqa: PLC0415
-    from slipscale.hardware.conformance.contract import Rig, examine_backend  # noqa: PLC0415
-    from slipscale.hardware.registry import open_plate  # noqa: PLC0415
-    from slipscale.hardware.signals import silent_on_signals  # noqa: PLC0415
+    from slipscale.hardware.address import without_session_watchdog
+    from slipscale.hardware.clock import SystemClock
+    from slipscale.hardware.conformance.contract import Rig, examine_backend
+    from slipscale.hardware.registry import open_plate
+    from slipscale.hardware.signals import silent_on_signals
 
     clock = SystemClock()
     plate = open_plate(without_session_watchdog(spec), clock=clock)

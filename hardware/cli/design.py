@@ -46,9 +46,9 @@ def run(arguments: Namespace) -> int:
     # Set before NumPy is imported: more threads are not faster for matrices of this size.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     # Imported late, to keep `slipscale plate --help` fast.
-    from slipscale.hardware.plate.design import requirements as briefs  # noqa: PLC0415
-    from slipscale.hardware.plate.design.sizing import design  # noqa: PLC0415
-    from slipscale.hardware.plate.design.verdict import judge, judge_drawn, placed  # noqa: PLC0415
+    from slipscale.hardware.plate.design import requirements as briefs
+    from slipscale.hardware.plate.design.sizing import design
+    from slipscale.hardware.plate.design.verdict import judge, judge_drawn, placed
 
     if arguments.fine and not arguments.fe:
         raise UserError("--fine refines the mesh of --fe: name a plate with --fe, e.g. --fe 11x7")
@@ -76,10 +76,10 @@ def run(arguments: Namespace) -> int:
 def _solve(
     brief: Brief, found: Design, chosen: Candidate | DrawnPlate, *, fine: bool
 ) -> tuple[object, dict[str, object]]:
-    from slipscale.hardware.plate.design.requirements import DrawnPlate  # noqa: PLC0415
-    from slipscale.hardware.plate.design.sizing import drawn_layout  # noqa: PLC0415
-    from slipscale.hardware.plate.design.verdict import judged, solve, solve_drawn  # noqa: PLC0415
-    from slipscale.hardware.plate.geometry import DEFAULT, DRAWN_MM, FINE, density_of  # noqa: PLC0415
+    from slipscale.hardware.plate.design.requirements import DrawnPlate
+    from slipscale.hardware.plate.design.sizing import drawn_layout
+    from slipscale.hardware.plate.design.verdict import judged, solve, solve_drawn
+    from slipscale.hardware.plate.geometry import DEFAULT, DRAWN_MM, FINE, density_of
 
     if isinstance(chosen, DrawnPlate):
         density = density_of(drawn_layout(brief, chosen), DRAWN_MM[fine])
@@ -105,7 +105,7 @@ def _chosen(brief: Brief, found: Design, plate: str) -> Candidate | DrawnPlate:
 
 
 def _as_json(brief: Brief, found: Design, plates: list[Judged]) -> dict[str, object]:
-    from dataclasses import asdict  # noqa: PLC0415
+    from dataclasses import asdict
 
     return {
         "title": brief.title,
@@ -119,7 +119,7 @@ def _as_json(brief: Brief, found: Design, plates: list[Judged]) -> dict[str, obj
 
 
 def _verdict(judged: Judged) -> dict[str, object]:
-    from dataclasses import asdict  # noqa: PLC0415
+    from dataclasses import asdict
 
     solution = asdict(judged.solution) if judged.solution else None
     if solution:
@@ -255,10 +255,10 @@ def _why_none(result: dict[str, Any]) -> str:
 
 
 def _write(out: Path, brief: Brief, result: dict[str, Any], modes: Any) -> None:
-    from slipscale.figure_style import save  # noqa: PLC0415
-    from slipscale.hardware.plate.design import figures  # noqa: PLC0415
-    from slipscale.hardware.plate.design.sizing import sections  # noqa: PLC0415
-    from slipscale.hardware.plate.paper_study import harmonic  # noqa: PLC0415
+    from slipscale.figure_style import save
+    from slipscale.hardware.plate.design import figures
+    from slipscale.hardware.plate.design.sizing import sections
+    from slipscale.hardware.plate.paper_study import harmonic
 
     printed, wide = sections(brief)
     wanted = brief.requirements

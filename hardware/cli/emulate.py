@@ -124,14 +124,14 @@ def run(arguments: Namespace) -> int:
     if arguments.generator:
         return _serve_generator(arguments.generator)
     try:
-        from slipscale.hardware.emulator import pty  # noqa: PLC0415 - missing on Windows
+        from slipscale.hardware.emulator import pty
     except ImportError:
         raise UserError(
             "plate emulate requires pseudo-terminals, which exist only on Linux and macOS"
         ) from None
-    from slipscale.hardware.clock import SystemClock  # noqa: PLC0415
-    from slipscale.hardware.emulator import compiled, console  # noqa: PLC0415
-    from slipscale.hardware.signals import EndedBySignal, signals_raise  # noqa: PLC0415
+    from slipscale.hardware.clock import SystemClock
+    from slipscale.hardware.emulator import compiled, console
+    from slipscale.hardware.signals import EndedBySignal, signals_raise
 
     terminal = pty.PseudoTerminal()
     with ExitStack() as stack:
@@ -163,10 +163,10 @@ def emulated(
 
     ``firmware`` returns the library for ``--firmware``. Raises `UserError`.
     """
-    from slipscale.hardware.emulator import compiled, console  # noqa: PLC0415
-    from slipscale.hardware.emulator.emulator import Emulator  # noqa: PLC0415
-    from slipscale.hardware.plate.dynamics import NO_FINGER, Resonator  # noqa: PLC0415
-    from slipscale.hardware.plate.twin import Twin  # noqa: PLC0415
+    from slipscale.hardware.emulator import compiled, console
+    from slipscale.hardware.emulator.emulator import Emulator
+    from slipscale.hardware.plate.dynamics import NO_FINGER, Resonator
+    from slipscale.hardware.plate.twin import Twin
 
     _check_numbers(arguments)
     orders, (limits, unit) = _orders(arguments), _made_by(arguments)
@@ -219,8 +219,8 @@ def _log(path: Path) -> TextIO:
 
 def _serve_generator(make: str) -> int:
     """Serve a simulated generator, and print the voltages that its outputs would apply."""
-    from slipscale.hardware.emulator.generator_server import GeneratorServer  # noqa: PLC0415 - PyVISA
-    from slipscale.hardware.signals import EndedBySignal, signals_raise  # noqa: PLC0415
+    from slipscale.hardware.emulator.generator_server import GeneratorServer
+    from slipscale.hardware.signals import EndedBySignal, signals_raise
 
     status: dict[int, float] = {}
     try:
@@ -240,8 +240,8 @@ def _serve_generator(make: str) -> int:
 
 def _made_by(arguments: Namespace) -> tuple[BoardLimits, str]:
     """Return the limits and unit of the emulated board. Raises UserError."""
-    from slipscale.hardware.backends.serial_board.protocol import UNIT, BoardLimits  # noqa: PLC0415
-    from slipscale.hardware.plate_file import read_plate  # noqa: PLC0415
+    from slipscale.hardware.backends.serial_board.protocol import UNIT, BoardLimits
+    from slipscale.hardware.plate_file import read_plate
 
     if arguments.plate is None:
         return BoardLimits(), UNIT
@@ -255,7 +255,7 @@ def _made_by(arguments: Namespace) -> tuple[BoardLimits, str]:
 
 def _check_numbers(arguments: Namespace) -> None:
     """Raise `UserError` if the noise, sensor factor or watchdog time is invalid."""
-    from slipscale.hardware.backends.serial_board.protocol import WATCHDOG_MS  # noqa: PLC0415
+    from slipscale.hardware.backends.serial_board.protocol import WATCHDOG_MS
 
     if not (isfinite(arguments.noise) and arguments.noise >= 0):
         raise UserError(f"--noise: {arguments.noise:g}, expected 0 or more µm")

@@ -35,10 +35,10 @@ def add_new(parser: ArgumentParser) -> None:
 
 def new(arguments: Namespace) -> int:
     """Create a plate file with the default limits."""
-    from pydantic import ValidationError  # noqa: PLC0415 - `--help` stays instant
+    from pydantic import ValidationError
 
-    from slipscale.hardware.plate_file import SUFFIX, Identity, Wiring, new_plate  # noqa: PLC0415
-    from slipscale.hardware.registry import backend_names  # noqa: PLC0415
+    from slipscale.hardware.plate_file import SUFFIX, Identity, Wiring, new_plate
+    from slipscale.hardware.registry import backend_names
 
     path: Path = arguments.file
     if path.suffix != SUFFIX:
@@ -77,7 +77,7 @@ def add_sign(parser: ArgumentParser) -> None:
 
 def sign(arguments: Namespace) -> int:
     """Update the checksum of a plate file after a change."""
-    from slipscale.hardware import plate_file  # noqa: PLC0415 - pydantic
+    from slipscale.hardware import plate_file
 
     if arguments.beyond_shipped_limits != bool(arguments.by):
         raise UserError("--beyond-shipped-limits and --by NAME must be given together")

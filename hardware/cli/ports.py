@@ -20,9 +20,9 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 def run(arguments: Namespace) -> int:
     """Print backends and serial ports."""
-    from serial.tools.list_ports import comports  # noqa: PLC0415 - queries the system, so only when called
+    from serial.tools.list_ports import comports
 
-    from slipscale.hardware.registry import backend_names  # noqa: PLC0415
+    from slipscale.hardware.registry import backend_names
 
     found = listing(backend_names(), comports)
     print(json.dumps(found, indent=2) if arguments.json else as_text(found))

@@ -54,10 +54,10 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 def run(arguments: Namespace) -> int:
     """Present an amplitude, and print one line per readback until interrupted."""
-    from slipscale.hardware.clock import SystemClock  # noqa: PLC0415
-    from slipscale.hardware.registry import open_plate  # noqa: PLC0415
-    from slipscale.hardware.signals import silent_on_signals  # noqa: PLC0415
-    from slipscale.stimuli.surface import VirtualSurface  # noqa: PLC0415
+    from slipscale.hardware.clock import SystemClock
+    from slipscale.hardware.registry import open_plate
+    from slipscale.hardware.signals import silent_on_signals
+    from slipscale.stimuli.surface import VirtualSurface
 
     if arguments.plate is None:
         raise UserError("plate watch: expected the plate's SPEC, such as mock or serial:PORT")

@@ -119,7 +119,7 @@ class _Simulated(ContactSource):
 
     def _deviates(self, number: int) -> tuple[float, float]:
         """Draw the two standard normal deviates for a reading's noise."""
-        import numpy as np  # noqa: PLC0415 - only needed for simulated fingers
+        import numpy as np
 
         milliseconds = round(self._begun_s * 1000)
         key = np.array([self._surroundings.seed & WORD, milliseconds & WORD], dtype=np.uint64)
@@ -204,7 +204,7 @@ def _film_force_n(amplitude_um_pp: float, roughness_um: float) -> float:
 
 def _shared_force_n(amplitude_um_pp: float, place: float, normal_n: float) -> float:
     """Return the part of the normal force that the film carries in the shared-load model."""
-    from slipscale.stimuli.film.shared_load import skin_between, solve  # noqa: PLC0415 - SciPy
+    from slipscale.stimuli.film.shared_load import skin_between, solve
 
     force_n = max(round(normal_n, FORCE_DIGITS), 10.0**-FORCE_DIGITS)
     skin = skin_between(place)
@@ -221,7 +221,7 @@ FILMS: dict[str, Callable[[float, float, float], float]] = {
 
 def _place_in_band(surroundings: Surroundings) -> float:
     """Return a simulated participant's position in the range of skin properties, from 0 to 1."""
-    import numpy as np  # noqa: PLC0415 - as above
+    import numpy as np
 
     person = zlib.crc32(surroundings.participant.encode())
     return float(np.random.default_rng([surroundings.seed & WORD, person]).random())

@@ -45,7 +45,7 @@ def __getattr__(name: str) -> object:
     """Import a public function when it is first used."""
     if name not in FUNCTIONS:
         raise AttributeError(f"module 'slipscale' has no attribute '{name}'")
-    from importlib import import_module  # noqa: PLC0415 - `import slipscale` imports nothing
+    from importlib import import_module
 
     function: object = getattr(import_module(FUNCTIONS[name]), name)
     globals()[name] = function

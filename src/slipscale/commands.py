@@ -164,9 +164,9 @@ def _signals_end() -> list[str]:
 
     After the command has finished, any signal ends the process.
     """
-    import signal  # noqa: PLC0415 - a library that calls `main` keeps its own handlers
+    import signal
 
-    from slipscale.hardware.signals import ENDINGS, note_signal  # noqa: PLC0415
+    from slipscale.hardware.signals import ENDINGS, note_signal
 
     ended: list[str] = []
 
@@ -204,7 +204,7 @@ def dispatch(words: list[str]) -> int:
         print(f"slipscale {__version__}")
         return DONE
     if words[0] not in COMMANDS:
-        from slipscale.faults.suggestions import did_you_mean  # noqa: PLC0415 - rarely needed
+        from slipscale.faults.suggestions import did_you_mean
 
         meant = did_you_mean(words[0], COMMANDS, start="slipscale ")
         message = f"slipscale: unknown command '{words[0]}'{meant}; for help: slipscale --help"
@@ -215,9 +215,9 @@ def dispatch(words: list[str]) -> int:
 
 def complete() -> None:
     """Print possible completions of the command line for a shell, and exit."""
-    from argcomplete import autocomplete  # noqa: PLC0415 - only when the shell asks
+    from argcomplete import autocomplete
 
-    from slipscale.faults.parser import Parser  # noqa: PLC0415
+    from slipscale.faults.parser import Parser
 
     parser = Parser(prog="slipscale")
     commands = parser.add_subparsers()
@@ -231,9 +231,9 @@ def complete() -> None:
 def load_command(name: str) -> tuple[ArgumentParser, Callable[[Namespace], int]]:
     """Return the parser of a command, and the function that runs it."""
     # Imported late, to keep `slipscale --help` fast.
-    from importlib import import_module  # noqa: PLC0415
+    from importlib import import_module
 
-    from slipscale.faults.parser import Parser  # noqa: PLC0415
+    from slipscale.faults.parser import Parser
 
     module, purpose, example = COMMANDS[name]
     parser = Parser(
@@ -254,12 +254,12 @@ def call(name: str, words: list[str]) -> int:
         if verbose:
             _report_steps()
         args = parser.parse_args(words)
-        from slipscale.requirements import check  # noqa: PLC0415 - not for --help
+        from slipscale.requirements import check
 
         check(name, args)
         return int(run(args))
     except ModuleNotFoundError as error:
-        from slipscale.faults.extras import how_to_install  # noqa: PLC0415 - rarely needed
+        from slipscale.faults.extras import how_to_install
 
         if (sentence := how_to_install(error.name or "")) is None:
             raise
@@ -274,7 +274,7 @@ def call(name: str, words: list[str]) -> int:
         return _failed(name, sentence, INTERRUPTED, verbose=verbose)
     finally:
         if verbose:
-            from logging import getLogger  # noqa: PLC0415
+            from logging import getLogger
 
             getLogger(__name__).info("%s ended", name)
             getLogger("slipscale").handlers = []  # later commands in this process add their own
@@ -283,10 +283,10 @@ def call(name: str, words: list[str]) -> int:
 def _failed(name: str, sentence: str, status: int, *, verbose: bool = False) -> int:
     """Print why a command failed (if ``verbose``, with the traceback), and return the status."""
     if verbose:
-        from traceback import print_exc  # noqa: PLC0415
+        from traceback import print_exc
 
         print_exc()
-    from slipscale.faults.message import report  # noqa: PLC0415 - only after an error
+    from slipscale.faults.message import report
 
     report("error", sentence, f"slipscale {name}: {harmless(sentence)}")
     return status
@@ -294,7 +294,7 @@ def _failed(name: str, sentence: str, status: int, *, verbose: bool = False) -> 
 
 def _report_steps() -> None:
     """Write Slipscale's log to standard error, with the time since the start."""
-    import logging  # noqa: PLC0415
+    import logging
 
     class Seconds(logging.Formatter):
         def format(self, record: logging.LogRecord) -> str:

@@ -170,8 +170,8 @@ def options_of(command: str, args: Namespace) -> dict[str, object]:
     """
     options = asdict(here()) if command in WITH_DEVICES else {}
     if command == "resume" and args.journal and args.journal.is_file():
-        from slipscale.experiments.journal import plan_and_progress as progress  # noqa: PLC0415
-        from slipscale.experiments.running.contact_sources import of_records  # noqa: PLC0415
+        from slipscale.experiments.journal import plan_and_progress as progress
+        from slipscale.experiments.running.contact_sources import of_records
 
         records = progress.read_plan(args.journal)[1]
         options |= {
@@ -188,9 +188,9 @@ def options_of(command: str, args: Namespace) -> dict[str, object]:
 
 def _sources(options: Mapping[str, object]) -> dict[str, object]:
     """Return the SPECs of a session's sensors, including those in the study or plate file."""
-    from slipscale.experiments.running import contact_sources as contact  # noqa: PLC0415
-    from slipscale.experiments.study.file import read_study  # noqa: PLC0415
-    from slipscale.hardware.address import plate_file_of, with_plate_file  # noqa: PLC0415
+    from slipscale.experiments.running import contact_sources as contact
+    from slipscale.experiments.study.file import read_study
+    from slipscale.hardware.address import plate_file_of, with_plate_file
 
     named = {kind: str(options[kind]) for kind in ("position", "force") if options.get(kind)}
     specs = contact.ContactSpecs(**named)
@@ -212,7 +212,7 @@ def _forbidden_ports(command: str, options: Mapping[str, object]) -> Iterator[st
             port = Path(address.partition(",")[0])
             serial = DRIVERS[option].get(driver) == "serial"
             if serial and port.exists() and not os.access(port, os.R_OK | os.W_OK):
-                from slipscale.hardware.errors import NoPermission  # noqa: PLC0415
+                from slipscale.hardware.errors import NoPermission
 
                 remedy = NoPermission.remedy.rstrip(".")
                 yield f"--{option} {spec}: no permission to open {port}. {remedy}"
@@ -241,7 +241,7 @@ def _missing_packages(modules: Iterable[str]) -> list[str]:
 
 def is_installed(module: str) -> bool:
     """Return whether a module is installed, without importing it."""
-    from importlib.util import find_spec  # noqa: PLC0415 - `--help` stays instant
+    from importlib.util import find_spec
 
     return sys.modules.get(module) is not None or find_spec(module) is not None
 

@@ -135,6 +135,6 @@ def _shown(
     if not show_progress:
         yield from states
         return
-    from rich.progress import track  # noqa: PLC0415 - only needed to show a sweep
+    from rich.progress import track
 
     yield from track(states, description="Reynolds equation", total=total)

@@ -169,6 +169,6 @@ def table_by_hand(tmp_path):
 @pytest.fixture
 def page():
     """Render an analysis's report, all figures but an empty Fig. 15 left out: they take seconds."""
-    from slipscale.analysis.reporting.page import render  # noqa: PLC0415
+    from slipscale.analysis.reporting.page import render
 
     return lambda analysis: render(analysis, {"fig15": "<svg></svg>"}, {"slipscale": "0"})

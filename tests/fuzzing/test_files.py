@@ -29,7 +29,7 @@ WARMING = 40
 
 @pytest.mark.parametrize("name", KINDS)
 def test_a_changed_file_is_used_or_rejected_with_a_message(name, tmp_path):
-    from tests.fuzzing.bounds import limited_memory, limited_time  # noqa: PLC0415 - POSIX only
+    from tests.fuzzing.bounds import limited_memory, limited_time
 
     draw = import_module(f"tests.fuzzing.{name}").KIND.prepared(tmp_path)
     counts = Counter()
@@ -60,7 +60,7 @@ def test_a_changed_file_is_used_or_rejected_with_a_message(name, tmp_path):
 
 
 def in_time(use):
-    from tests.fuzzing import bounds  # noqa: PLC0415 - POSIX only
+    from tests.fuzzing import bounds
 
     with bounds.limited_time():
         use()
@@ -73,7 +73,7 @@ def busy_for(seconds):
 
 
 def test_a_file_that_takes_too_long_fails(monkeypatch):
-    from tests.fuzzing import bounds  # noqa: PLC0415 - POSIX only
+    from tests.fuzzing import bounds
 
     def use():
         with suppress(Exception):  # what hides errors does not hide this
@@ -85,7 +85,7 @@ def test_a_file_that_takes_too_long_fails(monkeypatch):
 
 
 def test_a_file_that_takes_too_long_where_no_signal_arrives_fails_too(monkeypatch):
-    from tests.fuzzing import bounds  # noqa: PLC0415 - POSIX only
+    from tests.fuzzing import bounds
 
     monkeypatch.setattr(bounds, "_too_long", lambda *_: None)
     monkeypatch.setattr(bounds, "MOST_S", 0.01)
@@ -94,7 +94,7 @@ def test_a_file_that_takes_too_long_where_no_signal_arrives_fails_too(monkeypatc
 
 
 def test_a_file_that_takes_too_much_memory_fails():
-    from tests.fuzzing import bounds  # noqa: PLC0415 - POSIX only
+    from tests.fuzzing import bounds
 
     def use():  # as a cache that grows
         with bounds.limited_memory():

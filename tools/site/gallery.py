@@ -142,8 +142,8 @@ def _methods(study: Study) -> Iterator[str]:
 
 def figure(name: str, study: Study, text: str) -> str:
     """Return an SVG of the levels of participant 01's trials, task by task."""
-    import matplotlib as mpl  # noqa: PLC0415 - takes a second to import, only when drawn
-    from matplotlib.figure import Figure  # noqa: PLC0415
+    import matplotlib as mpl
+    from matplotlib.figure import Figure
 
     plan = RunPlan(
         study_name=name,

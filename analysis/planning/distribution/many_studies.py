@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import os
 import tempfile
 import time
 from collections.abc import Iterator
@@ -169,7 +170,7 @@ def results(
     if jobs == 1 or len(left) < 2:  # noqa: PLR2004 - nothing to distribute
         yield from map(studies.compute, left)
         return
-    from joblib import Parallel, delayed  # noqa: PLC0415 - only if requested
+    from joblib import Parallel, delayed
 
     yield from Parallel(n_jobs=jobs, return_as="generator")(
         delayed(studies.compute)(number) for number in left
@@ -178,6 +179,4 @@ def results(
 
 def workers(jobs: int) -> int:
     """Return the number of processes that ``--jobs`` requests."""
-    from os import cpu_count  # noqa: PLC0415
-
-    return (cpu_count() or 1) if jobs == -1 else jobs
+    return (os.cpu_count() or 1) if jobs == -1 else jobs

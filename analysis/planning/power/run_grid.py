@@ -169,7 +169,7 @@ def _computed(
         for shard in left:
             yield _kept(shard, cache)
     else:
-        from joblib import Parallel, delayed  # noqa: PLC0415 - only if requested
+        from joblib import Parallel, delayed
 
         work = Parallel(n_jobs=jobs, return_as="generator_unordered")
         yield from work(delayed(_kept)(shard, cache) for shard in left)
@@ -186,7 +186,7 @@ def _kept(shard: Shard, cache: ShardCache | None = None) -> tuple[Shard, Outcome
 def _on_cluster(left: Sequence[Shard], scheduler: str) -> Iterator[tuple[Shard, Outcome]]:
     """Compute shards on a Dask cluster, which recomputes the shards of a lost worker."""
     try:
-        from distributed import Client, as_completed  # noqa: PLC0415 - an extra
+        from distributed import Client, as_completed
     except ModuleNotFoundError:
         raise UserError(
             f"--scheduler {scheduler}: Dask is not installed; install the extra slipscale[cluster]"

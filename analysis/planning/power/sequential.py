@@ -23,7 +23,7 @@ FARTHEST_Z = 9.0
 
 
 def _obrien_fleming(share: float, alpha: float) -> float:
-    from scipy.special import ndtr, ndtri  # noqa: PLC0415
+    from scipy.special import ndtr, ndtri
 
     return float(2 * (1 - ndtr(ndtri(1 - alpha / 2) / math.sqrt(share))))
 
@@ -68,8 +68,8 @@ def levels(sizes: tuple[int, ...], alpha: float, spending: Spending) -> tuple[fl
         Overall significance level of the study.
     spending : {"obrien-fleming", "pocock"}
     """
-    from scipy.optimize import brentq  # noqa: PLC0415
-    from scipy.special import ndtr  # noqa: PLC0415
+    from scipy.optimize import brentq
+    from scipy.special import ndtr
 
     # Half of alpha on each side, as in published tables of two-sided boundaries.
     spent = [2 * SPENDING[spending](size / sizes[-1], alpha / 2) for size in sizes]

@@ -277,7 +277,7 @@ def _page_p(data: Prepared) -> float:
 
 
 def _mixed_model_p(data: Prepared) -> float:
-    from scipy import stats  # noqa: PLC0415
+    from scipy import stats
 
     found = mixed_model(data)
     if not found:

@@ -90,7 +90,7 @@ def condition_power(
             task=study.task,
         )
     parsed = parse_study(study.text, study.name)
-    from joblib import Parallel, delayed  # noqa: PLC0415 - only if requested
+    from joblib import Parallel, delayed
 
     people = people_for(parsed, population)
     found: list[tuple[Array, bool]] = Parallel(n_jobs=jobs)(

@@ -93,7 +93,7 @@ def protocol_precision(
         values = _exponents(study, largest, studies, seed, population)
         minutes = study.minutes(population)
     else:
-        from joblib import Parallel, delayed  # noqa: PLC0415 - only if requested
+        from joblib import Parallel, delayed
 
         answered: list[StudyAnswers] = Parallel(n_jobs=jobs)(
             delayed(answers_of)(study, largest, seed_of(seed, study.own_name, number), population)

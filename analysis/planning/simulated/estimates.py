@@ -291,7 +291,7 @@ class _People:
 
 def _tables(population: Population, amplitudes: Sequence[float]) -> Array:
     """Tabulate population quantiles of the sensation, with one row per amplitude."""
-    from scipy.special import betaincinv, ndtr  # noqa: PLC0415 - half a second
+    from scipy.special import betaincinv, ndtr
 
     places = ndtr(np.linspace(-FARTHEST, FARTHEST, PLACES))
     known = curves(population)

@@ -7,6 +7,7 @@ ties, whereas the report uses permutations.
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -96,8 +97,6 @@ def tables(ratings: Ratings, levels: Sequence[float], rule: str, zero_rule: Zero
     zero_rule : str
         How estimates of zero are treated before taking logarithms.
     """
-    import warnings  # noqa: PLC0415
-
     k = len(levels)
     percent = ratings.by_amplitude(ratings.percent, k)
     estimates = percent / 100 * ratings.scale_top[..., None]
@@ -141,7 +140,7 @@ def _of_complete(values: Array, test: Callable[[Array], Array]) -> Array:
 
 
 def _anova(logs: Array, df: int | None = None) -> Array:
-    from scipy.special import fdtrc  # noqa: PLC0415 - half a second
+    from scipy.special import fdtrc
 
     n, k = logs.shape[1:]
     df = df or k - 1
@@ -201,7 +200,7 @@ def _mean_over_participants(values: Array) -> _Means:
 
 def _mean_p(values: Array) -> Array:
     """Return the p-value of a t test of each row against 0; 1 for rows with under three values."""
-    from scipy.special import stdtr  # noqa: PLC0415 - half a second
+    from scipy.special import stdtr
 
     mean, error, n = _mean_over_participants(values)
     with np.errstate(invalid="ignore", divide="ignore"):
@@ -280,7 +279,7 @@ def half_widths(values: Array, confidence: float) -> Array:
     array, shape (studies, ...)
         NaN for fewer than three participants.
     """
-    from scipy.special import stdtrit  # noqa: PLC0415 - half a second
+    from scipy.special import stdtrit
 
     _, error, n = _mean_over_participants(values)
     people = np.arange(values.shape[1] + 1)

@@ -64,7 +64,7 @@ def read(content: bytes, path: Path, sheet: str | None) -> pd.DataFrame:
 
 
 def _tables(content: bytes, path: Path) -> dict[str, Table]:
-    from scipy import io as scipy_io  # noqa: PLC0415 - only for such a file
+    from scipy import io as scipy_io
 
     if content.startswith(VERSION_7_3):
         raise UserError(f"{path}: a MATLAB 7.3 file; expected version 7; {SAVE}")

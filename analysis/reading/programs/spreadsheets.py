@@ -31,8 +31,8 @@ def read_excel(content: bytes, path: Path, sheet: str | None) -> pd.DataFrame:
     UserError
         If the file is not a workbook or has macros or merged cells, or if a sheet must be selected.
     """
-    import openpyxl  # noqa: PLC0415 - only for a workbook
-    from openpyxl.utils.exceptions import InvalidFileException  # noqa: PLC0415
+    import openpyxl
+    from openpyxl.utils.exceptions import InvalidFileException
 
     if path.suffix.lower() != ".xlsx":
         raise UserError(
@@ -95,7 +95,7 @@ def read_spss(content: bytes, path: Path, labelled: Sequence[str]) -> pd.DataFra
     UserError
         If the file cannot be read as an SPSS file.
     """
-    import pyreadstat  # noqa: PLC0415 - only for such a file
+    import pyreadstat
 
     try:
         found, meta = pyreadstat.read_sav(str(path))

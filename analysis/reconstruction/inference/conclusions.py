@@ -127,7 +127,7 @@ def pairs(columns: list[Sampler], tell: Callable[[str], None] = lambda _: None) 
 
 def signs(columns: Sequence[Solutions], count: Range) -> Conclusion:
     """Return the conclusion from the sign test, given the range of the number of higher ratings."""
-    from scipy.stats import binomtest  # noqa: PLC0415 - SciPy takes longer than the counts
+    from scipy.stats import binomtest
 
     n, (one, other) = columns[0].column.n, labels(columns)
     ps = [float(binomtest(int(k), n).pvalue) for k in range(int(count.low), int(count.high) + 1)]
@@ -140,7 +140,7 @@ def signs(columns: Sequence[Solutions], count: Range) -> Conclusion:
 
 def t_test(columns: Sequence[Solutions], t: Range) -> Conclusion:
     """Return the conclusion from the paired t test, given the range of t."""
-    from scipy.stats import t as student  # noqa: PLC0415
+    from scipy.stats import t as student
 
     degrees, (one, other) = columns[0].column.n - 1, labels(columns)
     # The value of the range that is closest to 0 is an end of the range, or 0 itself.
@@ -152,7 +152,7 @@ def t_test(columns: Sequence[Solutions], t: Range) -> Conclusion:
 
 def f_test(columns: Sequence[Solutions], f: Range) -> Conclusion:
     """Return the conclusion from the repeated-measures F test, given the range of F."""
-    from scipy.stats import f as fisher  # noqa: PLC0415
+    from scipy.stats import f as fisher
 
     k, n = len(columns), columns[0].column.n
     degrees = (k - 1, (k - 1) * (n - 1))

@@ -223,7 +223,7 @@ def _fixed(arrange: Callable[[Array], Array]) -> Arrange:
 
 
 def _p_of_f(tables: Array) -> Array:
-    from scipy.stats import f  # noqa: PLC0415 - SciPy takes longer than the counts
+    from scipy.stats import f
 
     _, n, k = tables.shape
     epsilon = batched.greenhouse_geisser(tables)
@@ -232,12 +232,12 @@ def _p_of_f(tables: Array) -> Array:
 
 
 def _p_of_friedman(tables: Array) -> Array:
-    from scipy.stats import chi2  # noqa: PLC0415
+    from scipy.stats import chi2
 
     return np.asarray(chi2.sf(batched.friedman(tables), tables.shape[2] - 1))
 
 
 def _p_of_t(tables: Array) -> Array:
-    from scipy.stats import t  # noqa: PLC0415
+    from scipy.stats import t
 
     return np.asarray(2 * t.sf(np.abs(batched.paired_t(tables)), tables.shape[1] - 1))

@@ -169,7 +169,7 @@ def _standardised(rows: Array) -> Array:
 
 
 def _nearest(few: Array, many: Array) -> tuple[int, int]:
-    from scipy.spatial import cKDTree  # noqa: PLC0415 - SciPy takes longer than the counts
+    from scipy.spatial import cKDTree
 
     tree, best, at = cKDTree(many), inf, (0, 0)
     for first in range(0, len(few), BLOCK):

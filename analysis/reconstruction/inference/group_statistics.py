@@ -24,8 +24,8 @@ def of_groups(test: PrintedTest, means: Array, variances: Array, n: Array) -> tu
 
     The p-value is the upper-tail probability of F, or the two-sided p of t.
     """
-    from scipy.stats import f as fisher  # noqa: PLC0415 - SciPy takes longer than the counts
-    from scipy.stats import t as student  # noqa: PLC0415
+    from scipy.stats import f as fisher
+    from scipy.stats import t as student
 
     k, total = len(n), int(n.sum())
     within = ((n - 1) * variances).sum(axis=1)

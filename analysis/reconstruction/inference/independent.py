@@ -146,7 +146,7 @@ def _welchs_t(a: Group, b: Group) -> Conclusion:
 def _conclusion(
     name: str, words: str, groups: tuple[Group, Group], t: Array, degrees: Array
 ) -> Conclusion:
-    from scipy.stats import t as student  # noqa: PLC0415 - SciPy takes longer than the counts
+    from scipy.stats import t as student
 
     p = 2 * student.sf(np.abs(t), degrees)
     low, high = float(p.min()), float(p.max())
@@ -179,7 +179,7 @@ def range_of_f(groups: Sequence[Group]) -> tuple[float, float]:
 
 
 def _one_way_f(groups: Sequence[Group]) -> Conclusion:
-    from scipy.stats import f as fisher  # noqa: PLC0415
+    from scipy.stats import f as fisher
 
     k, n = len(groups), sum(group.n for group in groups)
     low, high = range_of_f(groups)

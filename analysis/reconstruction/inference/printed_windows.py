@@ -60,7 +60,7 @@ def t_window(test: PrintedTest, degrees: float, t_of_d: float) -> Window:
         Value of t that corresponds to a Cohen's d of 1: √n for pairs, √(n₁ n₂ / (n₁ + n₂)) for
         groups.
     """
-    from scipy.stats import t as student  # noqa: PLC0415 - SciPy takes longer than the counts
+    from scipy.stats import t as student
 
     least_p, most_p = (p / test.sides for p in p_between(test))
     d_low, d_high = size_of(test.d, test.rounding)
@@ -73,7 +73,7 @@ def t_window(test: PrintedTest, degrees: float, t_of_d: float) -> Window:
 
 def f_window(test: PrintedTest, degrees: tuple[int, int]) -> Window:
     """Return the interval of F that matches a published F test."""
-    from scipy.stats import f as fisher  # noqa: PLC0415
+    from scipy.stats import f as fisher
 
     least_p, most_p = p_between(test)
     low, high = size_of(test.statistic, test.rounding)
@@ -90,7 +90,7 @@ def f_window(test: PrintedTest, degrees: tuple[int, int]) -> Window:
 
 def r_windows(test: PrintedTest, n: int) -> list[Window]:
     """Return the intervals of r that match a published test, including the sign of r."""
-    from scipy.stats import t as student  # noqa: PLC0415
+    from scipy.stats import t as student
 
     degrees = n - 2
     if not degrees:

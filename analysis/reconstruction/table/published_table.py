@@ -215,7 +215,7 @@ class Summary(FrozenTable):
     @property
     def quantile(self) -> float:
         """Half-width of the confidence interval, divided by the standard error."""
-        from scipy.special import ndtri, stdtrit  # noqa: PLC0415 - SciPy takes longer than the counts
+        from scipy.special import ndtri, stdtrit
 
         p = 0.5 + self.ci_percent / 200
         return float(stdtrit(self.n - 1, p) if self.ci_quantile == "t" else ndtri(p))

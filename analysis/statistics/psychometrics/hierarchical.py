@@ -231,7 +231,7 @@ class HierarchicalFit:
 
     def p(self, coefficient: int, df: int) -> float:
         """Return the p-value for the null hypothesis that a coefficient is 0."""
-        from scipy import stats  # noqa: PLC0415 - takes half a second to import
+        from scipy import stats
 
         fallen = max(self.fallen({coefficient: 0.0}), 0.0)
         t = (df * np.expm1(2 * fallen / self.people)) ** 0.5

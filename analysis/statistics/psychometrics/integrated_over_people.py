@@ -141,7 +141,7 @@ def even(count: int, farthest: float = FARTHEST_NODE) -> Grid:
 
 def students_fall(people: int, df: int, confidence: float) -> float:
     """Return the drop in log likelihood that defines the ends of a confidence interval."""
-    from scipy import stats  # noqa: PLC0415 - takes half a second to import
+    from scipy import stats
 
     t = float(stats.t.ppf((1 + confidence) / 2, df))
     return people / 2 * log(1 + t**2 / df)
@@ -231,7 +231,7 @@ class IntegratedModel:
         The search is repeated until no free parameter has a large gradient, because a search with a
         lapse rate near 0 can end after a few tiny steps, far from the maximum.
         """
-        from scipy import optimize  # noqa: PLC0415
+        from scipy import optimize
 
         bounds, start = list(self.bounds), np.array(start, float)
         for place in self.spreads:

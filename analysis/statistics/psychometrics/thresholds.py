@@ -248,6 +248,6 @@ def _jumps(model: Model, counts: Counts, found: likelihood.Fits) -> NDArray[np.b
 
 
 def _half_chi_square(confidence: float) -> float:
-    from scipy import stats  # noqa: PLC0415 - takes half a second to import
+    from scipy import stats
 
     return float(stats.chi2.ppf(confidence, 1)) / 2

@@ -78,7 +78,7 @@ def friedman(tables: Array) -> Array:
 
 def friedman_p(tables: Array) -> Array:
     """Return the p-value of Friedman's test, or 1 if all ratings are tied."""
-    from scipy import stats  # noqa: PLC0415 - takes a second to import
+    from scipy import stats
 
     return np.asarray(stats.chi2.sf(friedman(tables), tables.shape[2] - 1))
 
@@ -94,7 +94,7 @@ def signed_rank_p(differences: Array) -> Array:
     differences : array, shape (tables, participants)
         Paired differences, with NaN for missing values.
     """
-    from scipy import stats  # noqa: PLC0415
+    from scipy import stats
 
     step = np.where(np.isnan(differences), 0.0, differences)
     up = step > 0

@@ -193,7 +193,7 @@ def rm_anova(data: Prepared) -> RmAnova | NotComputed:
     `slipscale.analysis.statistics.effect_sizes`). pingouin is not used, because its import takes
     longer than the whole computation.
     """
-    from scipy import stats  # noqa: PLC0415
+    from scipy import stats
 
     table, why = log_table(data)
     if why:
@@ -251,7 +251,7 @@ def friedman_of(
     table: pd.DataFrame, n_incomplete: int, quantity: Quantity = PLATE_AMPLITUDE
 ) -> Friedman | NotComputed:
     """Return Friedman's rank test for a complete table of participants by conditions."""
-    from scipy import stats  # noqa: PLC0415
+    from scipy import stats
 
     if why := _no_ranks(table, quantity):
         return NotComputed(why)
@@ -280,7 +280,7 @@ def page_trend_of(
 
     If the rated property decreases with the level, the expected trend is downwards.
     """
-    from scipy import stats  # noqa: PLC0415
+    from scipy import stats
 
     if why := _no_ranks(table, quantity):
         return NotComputed(why)
@@ -316,7 +316,7 @@ def _huynh_feldt(epsilon_gg: float, n: int, df1: int) -> float:
 
 def _mauchly(values: NDArray[np.float64]) -> tuple[float, float]:
     """Return W and p of Mauchly's test, with the second-order term of R's ``mauchly.test``."""
-    from scipy import linalg, stats  # noqa: PLC0415
+    from scipy import linalg, stats
 
     n, k = len(values) - 1, values.shape[1]
     d = k - 1

@@ -238,7 +238,7 @@ def signed_rank_p(differences: NDArray[np.float64]) -> float:
     With ties in small samples, SciPy permutes in a Python loop and takes about a second per pair.
     This function permutes precomputed ranks, which is a thousand times faster.
     """
-    from scipy import stats  # noqa: PLC0415
+    from scipy import stats
 
     steps = differences[np.isfinite(differences)]
     largest = np.abs(steps).max(initial=0.0)

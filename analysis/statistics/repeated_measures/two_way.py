@@ -44,7 +44,7 @@ class Effect:
 
 def effect(f: float, df1: float, df2: float, epsilon: float, confidence: float) -> Effect:
     """Return the test of an effect, given F, the uncorrected degrees of freedom and epsilon."""
-    from scipy import stats  # noqa: PLC0415 - takes a second to import
+    from scipy import stats
 
     df1, df2 = float(df1 * epsilon), float(df2 * epsilon)
     return Effect(
@@ -87,7 +87,7 @@ def two_way(
         return NotComputed(
             "no variance remains after removing the means of participants and conditions"
         )
-    import pingouin  # noqa: PLC0415 - takes a second to import
+    import pingouin
 
     n = len(whole)
     long = pd.DataFrame(

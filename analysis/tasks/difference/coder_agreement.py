@@ -52,7 +52,7 @@ def agreement(codes: pd.DataFrame) -> CoderAgreement | NotComputed:
         Table with the columns ``verbal_report``, ``coder`` and ``category``, as in
         ``code/verbal_codes.tsv`` of a data set.
     """
-    from statsmodels.stats.inter_rater import cohens_kappa  # noqa: PLC0415 - takes a second to import
+    from statsmodels.stats.inter_rater import cohens_kappa
 
     codes = codes.dropna(subset=["verbal_report", "coder", "category"])
     coders = sorted(codes["coder"].astype(str).unique())

@@ -167,7 +167,7 @@ class _Probit:
 
     def __call__(self, theta: Array, outer: Array, inner: Array) -> Prediction:
         """Return the log probabilities of "yes" and "no", each of shape (kinds, outer, inner)."""
-        from scipy import special  # noqa: PLC0415
+        from scipy import special
 
         d, (criterion, spread, own) = np.append(0.0, theta[:-3]), theta[-3:]
         sensitivity = np.where(self.step[:, None], inner, 0.0)

@@ -10,7 +10,7 @@ from slipscale.analysis.statistics.confidence_interval import ConfidenceInterval
 
 def exact_interval(yes: float, n: float, confidence: float = 0.95) -> ConfidenceInterval:
     """Return the exact Clopper-Pearson interval for a proportion of independent answers."""
-    from statsmodels.stats.proportion import proportion_confint  # noqa: PLC0415
+    from statsmodels.stats.proportion import proportion_confint
 
     low, high = proportion_confint(yes, n, alpha=1 - confidence, method="beta")
     return ConfidenceInterval(
@@ -34,7 +34,7 @@ def clustered_interval(
     yes, answers : array, shape (participants,)
         Number of "yes" answers and number of all answers (at least 1) of each participant.
     """
-    from scipy import stats  # noqa: PLC0415 - takes a second to import
+    from scipy import stats
 
     people, total = len(answers), float(answers.sum())
     share = float(yes.sum()) / total

@@ -141,7 +141,7 @@ def curve(
     proportion, low, high : array, shape (k,)
         Fitted proportions, and the lower and upper bounds of the confidence band.
     """
-    from scipy import special, stats  # noqa: PLC0415
+    from scipy import special, stats
 
     design = np.stack([np.ones_like(removed), removed], axis=1)
     log_odds = design @ [found.intercept, found.log_odds_per_unit]
@@ -183,10 +183,10 @@ def separated(
 def _fit(
     frame: pd.DataFrame, n: int, confidence: float, measure: Measure
 ) -> PsychometricCurve | NotComputed:
-    from scipy import stats  # noqa: PLC0415 - takes a second to import, with the next three
-    from statsmodels.genmod import cov_struct, families  # noqa: PLC0415
-    from statsmodels.genmod.generalized_estimating_equations import GEE  # noqa: PLC0415
-    from statsmodels.tools.sm_exceptions import IterationLimitWarning  # noqa: PLC0415
+    from scipy import stats
+    from statsmodels.genmod import cov_struct, families
+    from statsmodels.genmod.generalized_estimating_equations import GEE
+    from statsmodels.tools.sm_exceptions import IterationLimitWarning
 
     model = GEE.from_formula(
         "felt ~ removed",

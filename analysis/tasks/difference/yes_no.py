@@ -213,7 +213,7 @@ def d_prime(hits: float, signals: float, false_alarms: float, noises: float) -> 
     >>> round(d, 12), round(c, 12)
     (0.0, 0.0)
     """
-    from scipy.special import ndtri  # noqa: PLC0415
+    from scipy.special import ndtri
 
     hit = float(ndtri((hits + 0.5) / (signals + 1)))
     alarm = float(ndtri((false_alarms + 0.5) / (noises + 1)))

@@ -194,7 +194,7 @@ def residuals(logs: pd.DataFrame, quantity: Quantity = PLATE_AMPLITUDE) -> Figur
     quantity : Quantity
         Quantity of the amplitudes.
     """
-    from scipy import stats  # noqa: PLC0415 - takes a second to import
+    from scipy import stats
 
     figure, (left, right) = canvas(1, 2, size=(5.6, 2.7))
     left_over = omnibus.additive_residuals(logs.to_numpy(float))

@@ -30,7 +30,7 @@ def jackknife(
     confidence : float
         Confidence level of the interval.
     """
-    from scipy import stats  # noqa: PLC0415 - takes a second to import
+    from scipy import stats
 
     n = len(without)
     error = float(np.sqrt((n - 1) / n * ((without - estimate) ** 2).sum()))

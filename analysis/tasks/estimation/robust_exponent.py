@@ -78,7 +78,7 @@ def median_slope(x: NDArray[np.float64], y: NDArray[np.float64]) -> float:
 
 def robust_exponent(data: Prepared) -> RobustExponent | NotComputed:
     """Return the robust exponent from all trials with a log estimate and an amplitude above 0."""
-    from scipy import stats  # noqa: PLC0415 - takes a second to import
+    from scipy import stats
 
     if data.refused:
         return NotComputed(data.zero_sentence)

@@ -240,7 +240,7 @@ def _are_texts(value: object) -> bool:
 
 
 def _is_figure(value: object) -> bool:
-    from matplotlib.figure import Figure  # noqa: PLC0415 - only a figure loads matplotlib
+    from matplotlib.figure import Figure
 
     if not isinstance(value, Figure):
         return False

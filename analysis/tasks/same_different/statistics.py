@@ -109,8 +109,8 @@ def differencing(different: float, same: float) -> tuple[float, float]:
     >>> round(d_prime, 2), round(criterion, 2)
     (2.19, 1.47)
     """
-    from scipy.optimize import brentq  # noqa: PLC0415 - only needed for this task
-    from scipy.stats import norm  # noqa: PLC0415
+    from scipy.optimize import brentq
+    from scipy.stats import norm
 
     # The difference between two sensations has a standard deviation of √2.
     criterion = float(-np.sqrt(2) * norm.ppf(same / 2))

@@ -140,7 +140,7 @@ def _design(surfaces: npt.NDArray[np.int64], count: int) -> Array:
 
 def _fit(design: Array, yes: Array, trials: Array) -> tuple[Array, Array] | NotComputed:
     """Return scale values in units of the noise, and predicted probabilities for all trials."""
-    from scipy.special import ndtr  # noqa: PLC0415
+    from scipy.special import ndtr
 
     if np.linalg.matrix_rank(design) < design.shape[1]:
         return NotComputed("the compared differences do not connect all surfaces on one scale")
@@ -161,7 +161,7 @@ def _likeliest(design: Array, yes: Array, trials: Array) -> Array:
     yes : array, shape (sets, kinds of trial)
     trials : array, shape (kinds of trial,)
     """
-    from scipy.special import ndtr  # noqa: PLC0415
+    from scipy.special import ndtr
 
     values = np.zeros((len(yes), design.shape[1]))
     going = np.arange(len(yes))
@@ -202,7 +202,7 @@ def _result(
     confidence: float,
     simulations: int,
 ) -> DifferenceScale:
-    from scipy.special import xlogy  # noqa: PLC0415
+    from scipy.special import xlogy
 
     _, yes, trials, share = data
     tails = [50 * (1 - confidence), 50 * (1 + confidence)]

@@ -128,7 +128,7 @@ class _Fit(NamedTuple):
 
 def _likeliest(model: Model, pooled: Array) -> _Fit | NotComputed:
     """Maximise the penalised likelihood by Fisher scoring."""
-    from scipy.sparse.csgraph import connected_components  # noqa: PLC0415
+    from scipy.sparse.csgraph import connected_components
 
     if connected_components(pooled, directed=False)[0] > 1:
         return NotComputed(
@@ -160,7 +160,7 @@ def _likeliest(model: Model, pooled: Array) -> _Fit | NotComputed:
 
 
 def _scale(model: Model, counts: Array, confidence: float) -> ComparisonScale | NotComputed:
-    from scipy import stats  # noqa: PLC0415 - takes half a second to import
+    from scipy import stats
 
     found = _likeliest(model, counts.sum(axis=0))
     if isinstance(found, NotComputed):
@@ -190,8 +190,8 @@ def _scale(model: Model, counts: Array, confidence: float) -> ComparisonScale | 
 
 
 def _test(pooled: Array, p: Array) -> ScaleTest | NotComputed:
-    from scipy import stats  # noqa: PLC0415
-    from scipy.special import xlogy  # noqa: PLC0415
+    from scipy import stats
+    from scipy.special import xlogy
 
     trials = pooled + pooled.T
     df = int((np.triu(trials, k=1) > 0).sum()) - (len(pooled) - 1)

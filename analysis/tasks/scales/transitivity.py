@@ -175,7 +175,7 @@ def _p_so_few(surfaces: int, circular: int) -> float:
     if surfaces <= ENUMERATED:
         ways = circular_triads_by_chance(surfaces)
         return sum(ways[: circular + 1]) / sum(ways)
-    from scipy import stats  # noqa: PLC0415 - takes half a second to import
+    from scipy import stats
 
     df = surfaces * (surfaces - 1) * (surfaces - 2) / (surfaces - 4) ** 2
     # Kendall's continuity correction applies to the probability of at least n + 1 triads, whose

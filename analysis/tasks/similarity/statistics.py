@@ -183,8 +183,8 @@ def stress_1(dissimilarities: Array, places: Array) -> float:
     >>> stress_1(np.abs(line - line.T) ** 2, line)
     0.0
     """
-    from scipy.spatial.distance import pdist, squareform  # noqa: PLC0415 - loads SciPy
-    from sklearn.isotonic import IsotonicRegression  # noqa: PLC0415 - takes a second to import
+    from scipy.spatial.distance import pdist, squareform
+    from sklearn.isotonic import IsotonicRegression
 
     distances = pdist(places)
     fitted = IsotonicRegression().fit_transform(squareform(dissimilarities), distances)
@@ -203,7 +203,7 @@ def scaled(
     lower : array, shape (items, dimensions - 1), optional
         The map with one dimension less. The stress is never above the stress of this map.
     """
-    from sklearn.manifold import smacof  # noqa: PLC0415 - takes a second to import
+    from sklearn.manifold import smacof
 
     def improved(start: Array, iterations: int) -> tuple[Array, float]:
         places, _ = smacof(
@@ -259,7 +259,7 @@ def _principal(coordinates: Array) -> Array:
 
 
 def _person(who: str, table: Array, coordinates: Array) -> Person:
-    from scipy.optimize import nnls  # noqa: PLC0415 - only needed for this task
+    from scipy.optimize import nnls
 
     pairs = np.triu_indices(len(table), 1)
     squares = (coordinates[pairs[0]] - coordinates[pairs[1]]) ** 2

@@ -73,7 +73,7 @@ def changed(text: str, change: Change) -> str:
         If the text is not TOML, if the text does not contain the position of the change, or if
         the change is not possible in this text.
     """
-    import tomlkit  # noqa: PLC0415 - when a file is changed
+    import tomlkit
 
     toml_table(text, SOURCE)
     document = tomlkit.parse(text)
@@ -131,7 +131,7 @@ def _number(typed: str) -> int | float | str:
 
 def _container(document: Any, place: tuple[Key, ...], change: Change) -> Any:
     """Return the table or array at a position; create missing tables for a new value."""
-    import tomlkit  # noqa: PLC0415 - when a file is changed
+    import tomlkit
 
     for part in place:
         if change.what in ("set", "add", "item") and isinstance(part, str) and part not in document:
@@ -154,7 +154,7 @@ def _put(table: Any, key: Any, value: Any) -> None:
 
 def _append(table: Any, key: Any, protocol: str) -> None:
     """Append an item to an array of tables, which is created if necessary."""
-    import tomlkit  # noqa: PLC0415 - when a file is changed
+    import tomlkit
 
     item = tomlkit.table()
     if protocol:

@@ -67,7 +67,7 @@ def import_visual() -> Any:
     os.environ.setdefault("PSYCHOPYNOPACKAGES", "1")
     try:
         with bare_argv():
-            from psychopy import logging, visual  # noqa: PLC0415  seconds; see above
+            from psychopy import logging, visual
     except ImportError as error:
         raise UserError(
             "PsychoPy cannot be loaded: {error}. Run python3 tools/system_packages.py for the "
@@ -94,7 +94,7 @@ def import_visual() -> Any:
 def screens() -> list[str]:
     """Return the sizes of the available screens. The list index is the screen number."""
     import_visual()
-    import pyglet  # noqa: PLC0415  opens the display
+    import pyglet
 
     return [f"{s.width} x {s.height}" for s in pyglet.canvas.get_display().get_screens()]
 
@@ -120,7 +120,7 @@ class Pointer:
 
     def appears(self, window: Any) -> None:
         """Attach the pointer to the open window."""
-        from psychopy import event  # noqa: PLC0415  loaded with psychopy.visual
+        from psychopy import event
 
         self._window = window
         self._mouse = event.Mouse(visible=window.mouseVisible, win=window)
@@ -238,8 +238,8 @@ class Display:
         self._window.saveMovieFrames(str(path))
 
     def _load_fonts(self) -> None:
-        import pyglet  # noqa: PLC0415  loaded with psychopy.visual
-        from psychopy import prefs  # noqa: PLC0415  as above
+        import pyglet
+        from psychopy import prefs
 
         for name in ("NotoSans-Regular.ttf", "NotoSans-Bold.ttf"):
             with Path(prefs.paths["assets"], "fonts", name).open("rb") as file:

@@ -82,7 +82,7 @@ class Stamps:
     def __init__(self, clock: Clock) -> None:
         # PsychoPy's Keyboard class is not used, because it reports a press only when the key is
         # released.
-        from psychtoolbox import GetSecs, hid  # noqa: PLC0415  loads a driver
+        from psychtoolbox import GetSecs, hid
 
         self._clock = clock
         self._get_secs = GetSecs
@@ -134,8 +134,8 @@ class Keyboard:
     """
 
     def __init__(self, handle: Any, clock: Clock, *, precise_times: bool) -> None:
-        import pyglet  # noqa: PLC0415  loaded with the window
-        from pyglet.window import key  # noqa: PLC0415  as above
+        import pyglet
+        from pyglet.window import key
 
         self._pyglet = pyglet
         self._handle = handle

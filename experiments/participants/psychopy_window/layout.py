@@ -168,8 +168,8 @@ def _em(word: str) -> float:
 
 @cache
 def _font():  # type: ignore[no-untyped-def] # noqa: ANN202 - matplotlib's font, loaded late
-    from matplotlib import get_data_path  # noqa: PLC0415
-    from matplotlib.ft2font import FT2Font  # noqa: PLC0415
+    from matplotlib import get_data_path
+    from matplotlib.ft2font import FT2Font
 
     spec = find_spec("psychopy")
     own = Path(spec.origin if spec and spec.origin else "", "..", "assets/fonts", FILE).resolve()

@@ -113,7 +113,7 @@ def people_for(study: Study, population: Population | None = None) -> Population
             unit=people.unit or "µm peak to peak",
             unit_in_full=quantity.unit_in_full,
         )
-    import numpy as np  # noqa: PLC0415 - pilots only
+    import numpy as np
 
     growth, stated = growth_of(quantity), study.simulated
     if stated:

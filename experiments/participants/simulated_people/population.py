@@ -296,7 +296,7 @@ class Curves:
     """Sensation as a function of amplitude in one population; created by `curves`."""
 
     def __init__(self, population: Population) -> None:
-        from scipy.interpolate import PchipInterpolator  # noqa: PLC0415 - half a second
+        from scipy.interpolate import PchipInterpolator
 
         known = population.levels
         self._population = population
@@ -322,7 +322,7 @@ class Curves:
         deviate : float
             The person's position in the population, as a standard normal deviate.
         """
-        from scipy.special import betaincinv  # noqa: PLC0415 - pilots only
+        from scipy.special import betaincinv
 
         _, a, b, _, _ = self._at(level)
         return 100 * float(betaincinv(a, b, PLACE.cdf(deviate)))

@@ -19,13 +19,13 @@ Array = npt.NDArray[np.float64]
 
 
 def _normal(z: Array) -> Array:
-    from scipy.special import ndtr  # noqa: PLC0415 - not needed by the other curves
+    from scipy.special import ndtr
 
     return np.asarray(ndtr(z))
 
 
 def _normal_inverse(share: Array) -> Array:
-    from scipy.special import ndtri  # noqa: PLC0415
+    from scipy.special import ndtri
 
     return np.asarray(ndtri(share))
 

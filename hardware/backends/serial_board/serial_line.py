@@ -57,7 +57,7 @@ class SerialLine:
     """
 
     def __init__(self, port: str, *, baud: int = BAUD) -> None:
-        import serial  # noqa: PLC0415 - an extra, which a simulated plate does without
+        import serial
 
         self.port = port
         try:

@@ -171,7 +171,7 @@ class SoundCard(PlateDriver):
     def _connect(self) -> PlateIdentity:
         self._close()
         try:
-            import sounddevice  # noqa: PLC0415 - fails to import where PortAudio is missing
+            import sounddevice
         except OSError as error:
             raise UserError(
                 "plate 'sound': PortAudio is missing (Debian: apt-get install libportaudio2)"
@@ -339,7 +339,7 @@ class SoundCard(PlateDriver):
 
     def _abort(self) -> None:
         """Stop the stream without playing the remaining samples."""
-        import sounddevice  # noqa: PLC0415 - see _connect
+        import sounddevice
 
         try:
             self._stream.abort()

@@ -130,7 +130,7 @@ def mode_figure(found: Modes, mode: int | None = None, *, title: str | None = No
     title : str, optional
         Title; by default, the frequency of the mode.
     """
-    from matplotlib.figure import Figure  # noqa: PLC0415 - only needed for figures, see figure_style
+    from matplotlib.figure import Figure
 
     index = found.driven if mode is None else mode
     x, y, w = _surface(found, index)
@@ -213,7 +213,7 @@ def _surface(found: Modes, index: int) -> tuple[Any, Any, Any]:
 
 
 def _on_a_grid(found: Modes, top: Any, w: Any) -> tuple[Any, Any, Any]:
-    from scipy.interpolate import griddata  # noqa: PLC0415 - only this picture needs it
+    from scipy.interpolate import griddata
 
     parts = found.parts
     at = parts.nodes[:2, top] * 1e3
@@ -233,7 +233,7 @@ def _on_a_grid(found: Modes, top: Any, w: Any) -> tuple[Any, Any, Any]:
 
 
 def _colours(w: Any) -> Any:
-    from matplotlib import colormaps  # noqa: PLC0415 - only needed for figures, see figure_style
+    from matplotlib import colormaps
 
     return colormaps["PuOr"]((w + 1) / 2)
 

@@ -116,7 +116,7 @@ def test_the_r_script_recomputes_every_number_and_sees_a_wrong_one(exported, tmp
 
 
 def test_word_has_the_report_s_headings_tables_and_figures(exported, tmp_path):
-    from docx import Document  # noqa: PLC0415
+    from docx import Document
 
     report = (exported / "report.html").read_text(encoding="utf-8")
     document = Document(exported / "report.docx")

@@ -88,7 +88,7 @@ def test_the_zero_rule_refuse_leaves_the_tests_on_ranks(values):
 def test_the_primary_analysis_is_on_ranks_of_everybody_unless_the_study_declares_otherwise(
     table_by_hand, page, values
 ):
-    from slipscale.analysis.pipeline import analyse  # noqa: PLC0415
+    from slipscale.analysis.pipeline import analyse
 
     values[:5, 0] = 0
     lines = [

@@ -83,7 +83,7 @@ def test_who_is_missing_or_did_not_finish_is_said(dataset):
 
 
 def test_a_participant_who_is_listed_twice_has_one_row_in_the_wide_table(dataset):
-    from slipscale.analysis.tasks.estimation.table import wide  # noqa: PLC0415
+    from slipscale.analysis.tasks.estimation.table import wide
 
     folder = dataset(participants=3)
     (folder / "participants.tsv").write_text("participant_id\tage\nsub-01\t3\nsub-01\t4\n")
@@ -315,7 +315,7 @@ def test_rows_of_participants_tsv_without_a_name_are_left_out(dataset):
 
 
 def test_a_column_of_participants_tsv_with_our_name_does_not_rename_ours(dataset):
-    from slipscale.analysis.tasks.estimation.table import wide  # noqa: PLC0415
+    from slipscale.analysis.tasks.estimation.table import wide
 
     folder = dataset(participants=3)
     (folder / "participants.tsv").write_text("participant_id\testimate_0\nsub-01\t3\n")

@@ -53,7 +53,7 @@ def test_ratings_that_the_sd_excludes_cost_nothing(column):
 @pytest.mark.parametrize("mean", ["13", "12.7500"])
 def test_a_fine_scale_is_answered_within_the_memory_of_few_ratings(column, step, mean, more):
     """Listed whole, what is printed would fill gigabytes, and the process may have 500 MB."""
-    from tests.fuzzing.bounds import limited_memory  # noqa: PLC0415 - POSIX only
+    from tests.fuzzing.bounds import limited_memory
 
     shares = tuple((Fraction(v), Printed(share)) for v, share in more.get("percentages", ()))
     fine = column(12, mean, mean, step=step, **{**more, "percentages": shares})

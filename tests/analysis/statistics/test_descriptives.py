@@ -73,7 +73,7 @@ def test_within_participant_intervals_do_not_see_differences_between_participant
 
 def test_for_two_conditions_the_interval_is_the_paired_t_test_s_over_root_two():
     """Morey (2008): with k = 2 the interval of the difference is sqrt(2) times each bar."""
-    from scipy import stats  # noqa: PLC0415
+    from scipy import stats
 
     a, b = np.random.default_rng(2).normal(size=(2, 10))
     low, high = stats.ttest_rel(a, b).confidence_interval()

@@ -36,7 +36,7 @@ def test_exact_power_functions_give_their_exponent(exponent):
 
 
 def test_exponents_equal_scipy_s_regression_with_holes_and_zero_amplitude():
-    from scipy import stats  # noqa: PLC0415
+    from scipy import stats
 
     logs = table(lambda x: x**0.7, MANY, noise=0.3)
     logs.iloc[2, 1] = np.nan
@@ -132,7 +132,7 @@ def test_a_participant_s_unit_moves_no_parameter_and_no_criterion():
 
 
 def test_the_likelihood_is_that_of_independent_normal_residuals():
-    from scipy import stats  # noqa: PLC0415
+    from scipy import stats
 
     logs = table(lambda x: x**0.6, MANY, noise=0.2)
     found = growth_models.fit("power", MANY, logs.to_numpy())

@@ -219,7 +219,7 @@ def test_nobody_withdraws_while_their_session_runs(dataset, plan):
 @pytest.mark.skipif(os.name != "posix", reason="elsewhere files have no such modes")
 @pytest.mark.parametrize("private", [True, False])
 def test_files_are_their_owners_unless_the_study_says_otherwise(tmp_path, private):
-    from slipscale.experiments.running.pilot import pilot_plans, run_pilot  # noqa: PLC0415
+    from slipscale.experiments.running.pilot import pilot_plans, run_pilot
 
     study = tmp_path / "study.toml"
     line = "" if private else "private_files = false\n"

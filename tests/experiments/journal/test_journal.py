@@ -314,7 +314,7 @@ def test_a_full_disk_is_one_sentence_and_leaves_the_journal_whole(tmp_path, monk
 
 @pytest.mark.skipif(sys.platform == "win32", reason="limits of a file's size are Unix'")
 def test_a_full_disk_is_one_sentence_and_costs_only_the_line_that_had_no_room(tmp_path):
-    import resource  # noqa: PLC0415  Unix only
+    import resource
 
     path = tmp_path / "a.jsonl"
     soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)

@@ -147,7 +147,7 @@ class Hand(UnattendedOperator):
 
     def press(self, step, handle, *, first):
         if isinstance(step, Adjust) and first:
-            from pyglet.window import key  # noqa: PLC0415 - needs the display
+            from pyglet.window import key
 
             elsewhere = (key.MOTION_LEFT, key.MOTION_BEGINNING_OF_LINE)  # they turn nothing
             turns = (key.MOTION_UP, key.MOTION_UP, key.MOTION_DOWN, key.MOTION_NEXT_PAGE)
@@ -170,7 +170,7 @@ class Hand(UnattendedOperator):
 
     def mark(self, handle, *, first):
         """Put the mark to 48 by keys alone, to 75 by the mouse alone in every second trial."""
-        from pyglet.window import key  # noqa: PLC0415 - needs the display
+        from pyglet.window import key
 
         by_mouse = self.window.shown.trial.number % 2 == 0
         if first and by_mouse:

@@ -287,7 +287,7 @@ def test_keys_that_come_together_are_read_one_by_one_and_none_is_lost():
 
 @pytest.mark.skipif(sys.platform == "win32", reason="pseudo-terminals are Unix'")
 def test_the_terminal_is_left_as_it_was():
-    import termios  # noqa: PLC0415  Unix only
+    import termios
 
     master, slave = os.openpty()
     with os.fdopen(slave, "r") as terminal:

@@ -135,8 +135,8 @@ def test_where_the_attribute_falls_questions_seek_less_and_people_answer_so(plan
 
 
 def test_trends_of_an_attribute_that_falls_are_tested_downwards():
-    import numpy as np  # noqa: PLC0415
-    import pandas as pd  # noqa: PLC0415
+    import numpy as np
+    import pandas as pd
 
     quantity = parse_study(FALLING, "falling.toml").quantity
     table = pd.DataFrame(np.arange(12.0).reshape(4, 3)[:, ::-1] + 1, columns=[2.0, 4.0, 8.0])

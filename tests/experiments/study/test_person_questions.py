@@ -65,7 +65,7 @@ def test_the_shipped_study_has_nothing_english_in_french_but_the_codes(plan_of_s
 
 @pytest.fixture
 def plan_of_shipped():
-    from slipscale.experiments.study.file import study_text  # noqa: PLC0415
+    from slipscale.experiments.study.file import study_text
 
     return lambda language: RunPlan(
         study_name="biet2007",

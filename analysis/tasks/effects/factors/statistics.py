@@ -229,7 +229,7 @@ def _mixed(
     prepared: Prepared, conditions: pd.Series[str], labels: list[str], confidence: float
 ) -> tuple[MixedFit, Mapping[tuple[str, str], FixedEffect]] | NotComputed:
     """Fit ``ly ~ lx * condition`` by REML, with random effects of lx and condition."""
-    from scipy import stats  # noqa: PLC0415 - takes a second to import
+    from scipy import stats
 
     usable = (prepared.trials["level"] > 0) & prepared.trials["log"].notna()
     rows = prepared.trials[usable]

@@ -168,7 +168,7 @@ def _mixed_anova(
     logs: pd.DataFrame, group_of: pd.Series[str], compared: list[str], data: Prepared
 ) -> MixedAnova | NotComputed:
     """Return the mixed ANOVA from pingouin, which agrees with R if no values are missing."""
-    import pingouin  # noqa: PLC0415 - takes a second to import
+    import pingouin
 
     groups = group_of.reindex(logs.index.astype(str)).to_numpy()
     table = logs.set_axis(groups, axis=0)[np.isin(groups.astype(str), compared)]

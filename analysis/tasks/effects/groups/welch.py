@@ -114,7 +114,7 @@ def welch(values: Mapping[str, NDArray[np.float64]], confidence: float) -> Welch
     confidence : float
         Confidence level of all intervals.
     """
-    from statsmodels.stats.oneway import anova_oneway  # noqa: PLC0415 - takes a second to import
+    from statsmodels.stats.oneway import anova_oneway
 
     means: list[GroupMean] = []
     for group, own in values.items():
@@ -143,7 +143,7 @@ def welch(values: Mapping[str, NDArray[np.float64]], confidence: float) -> Welch
 def _pairs(
     values: Mapping[str, NDArray[np.float64]], confidence: float
 ) -> tuple[GroupDifference, ...]:
-    from scipy import stats  # noqa: PLC0415
+    from scipy import stats
 
     pairs = list(combinations(values, 2))
     tests = [stats.ttest_ind(values[a], values[b], equal_var=False) for a, b in pairs]

@@ -150,7 +150,7 @@ def agreement(values: Array, confidence: float) -> IntraclassCorrelation | NotCo
     For the formulas, see McGraw and Wong (1996, Psychological Methods 1, 30-46, tables 4 and 7).
     The package pingouin is not used, because it rounds the interval to two decimals.
     """
-    from scipy import stats  # noqa: PLC0415 - takes a second to import
+    from scipy import stats
 
     n, k = values.shape
     if n < FEWEST:

@@ -177,7 +177,7 @@ def _trials(data: Prepared) -> Trials | NotComputed:
 
 
 def _summary(trials: Trials, draws: Draws, confidence: float) -> BayesianGrowth:
-    from numpyro import diagnostics  # noqa: PLC0415
+    from numpyro import diagnostics
 
     values = draws.values
     judged = [values[name] for name in ("A", "B", "ta", "tb", "s", "half_r", "own")]

@@ -232,7 +232,7 @@ def fit(name: str, stimuli: Array, logs: Array) -> GrowthFit:
     logs : array, shape (n, k)
         Mean natural logarithms of estimates, with NaN for missing values.
     """
-    from scipy import optimize  # noqa: PLC0415
+    from scipy import optimize
 
     model = MODELS[name]
     here = ~np.isnan(logs)

@@ -102,9 +102,9 @@ def model(xx: Any, xy: Any, yy: Any, trials: Any) -> None:
     Participants' intercepts and exponents are integrated out analytically, because they are
     normally distributed given the other six parameters.
     """
-    import numpyro  # noqa: PLC0415 - an extra
-    from jax import numpy as jnp  # noqa: PLC0415
-    from numpyro import distributions as dist  # noqa: PLC0415
+    import numpyro
+    from jax import numpy as jnp
+    from numpyro import distributions as dist
 
     mean = jnp.stack(
         [numpyro.sample(name, dist.Normal(0.0, PRIOR_SD[name])) for name in ("A", "B")]
@@ -131,8 +131,8 @@ def model(xx: Any, xy: Any, yy: Any, trials: Any) -> None:
 @cache
 def _chains(warm_up: int, draws: int) -> Any:
     """Return a function that samples several chains in parallel."""
-    import jax  # noqa: PLC0415
-    from numpyro.infer import MCMC, NUTS  # noqa: PLC0415
+    import jax
+    from numpyro.infer import MCMC, NUTS
 
     def chain(key: object, *known: object) -> object:
         kernel = NUTS(model, target_accept_prob=ACCEPTED)
@@ -169,7 +169,7 @@ def sample(
     seed: int = SEED,
 ) -> Draws:
     """Sample the posterior."""
-    import jax  # noqa: PLC0415
+    import jax
 
     known = sums(trials)
     # Single precision is not sufficient for estimates with very little noise.

@@ -22,6 +22,7 @@ from slipscale.analysis.tasks.estimation.growth.growth_models import (
     compare,
 )
 from slipscale.analysis.tasks.estimation.growth.individual_winners import individual_winners
+from slipscale.stimuli.surface import VirtualSurface, peak_from_pp
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -137,14 +138,11 @@ def predicted_reduction(level: float) -> float:
     frequency in the paper's Section IV (h_r = 0.6 µm, 30.5 kHz) and a normal force of 0.5 N; see
     `VirtualSurface.predicted_relative_friction`.
     """
-    from slipscale.stimuli.surface import VirtualSurface  # noqa: PLC0415
-
     return 1.0 - VirtualSurface(level=level).predicted_relative_friction()
 
 
 def _shared_load_reduction(level: float) -> tuple[float, float]:
-    from slipscale.stimuli.film.shared_load import band  # noqa: PLC0415 - as above
-    from slipscale.stimuli.surface import peak_from_pp  # noqa: PLC0415
+    from slipscale.stimuli.film.shared_load import band
 
     least, most = band(peak_from_pp(level))
     return 1 - most, 1 - least

@@ -340,7 +340,7 @@ def test_an_effect_is_judged_at_the_study_s_own_level():
 
 
 def test_a_p_is_never_printed_as_zero():
-    from slipscale.analysis.reporting.latex import _p  # noqa: PLC0415
+    from slipscale.analysis.reporting.latex import _p
 
     assert _p(0.0001) == "$<$.001"
     assert _p(0.0213) == ".021"

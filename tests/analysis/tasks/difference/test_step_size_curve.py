@@ -195,7 +195,7 @@ RING = 34.0
 
 
 def drawn(steps):
-    from slipscale.analysis.tasks.difference.figures import difference  # noqa: PLC0415 - matplotlib takes a second to load
+    from slipscale.analysis.tasks.difference.figures import difference
 
     steps = steps.assign(catch=steps["level_before"] == steps["level"], verbal_report="")
     return difference(analyse_differences(steps, load_codebook()), steps)

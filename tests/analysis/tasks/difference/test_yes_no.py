@@ -110,7 +110,7 @@ def test_without_catch_steps_there_is_no_d_prime(dataset):
 
 def test_d_prime_by_hand():
     """17 of 20 hits, 3 of 20 false alarms, log-linear: z(17.5/21) - z(3.5/21)."""
-    from statistics import NormalDist  # noqa: PLC0415
+    from statistics import NormalDist
 
     z = NormalDist().inv_cdf
     d, c = d_prime(17, 20, 3, 20)
@@ -131,7 +131,7 @@ def test_d_prime_is_finite_and_turns_its_sign_when_kinds_change_places(signals, 
 
 def test_a_known_d_prime_is_recovered():
     """Equal-variance observer with d' = 1.5, c = 0.3: 200 participants of 40 + 40 trials."""
-    from statistics import NormalDist  # noqa: PLC0415
+    from statistics import NormalDist
 
     rng = np.random.default_rng(4)
     hit, alarm = (1 - NormalDist(mean).cdf(0.75 + 0.3) for mean in (1.5, 0.0))
@@ -209,8 +209,8 @@ def test_an_interval_of_another_confidence_is_not_called_ci95(dataset):
 
 
 def test_the_figure_and_the_csv_take_the_study_s_confidence(dataset):
-    from slipscale.analysis.reporting.files import draw  # noqa: PLC0415 - matplotlib takes a second to load
-    from slipscale.analysis.reporting.tables import tables  # noqa: PLC0415
+    from slipscale.analysis.reporting.files import draw
+    from slipscale.analysis.reporting.tables import tables
 
     people = {f"{n:02d}": series(dataset) for n in range(1, 7)}
     analysis = analyse(dataset(differences=people, choices="confidence = 0.9"))

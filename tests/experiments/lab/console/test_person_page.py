@@ -87,7 +87,7 @@ def test_rehearsals_have_pages_too_and_their_own_decisions(visitor, lab, record_
 
 
 def test_a_console_that_only_shows_offers_neither(lab, recorded, make_visitor):
-    from slipscale.experiments.lab.console.security import Access  # noqa: PLC0415
+    from slipscale.experiments.lab.console.security import Access
 
     page = make_visitor(Access(port=8470, read_only=True)).see("/person?label=01")
     assert 'data-do="withdraw"' not in page

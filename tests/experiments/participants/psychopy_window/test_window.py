@@ -349,7 +349,7 @@ def test_holding_lasts_until_told(window):
 
 
 def test_lost_keyboard_focus_is_noticed_and_comes_back_with_a_click(window):
-    from pyglet.libs.x11 import xlib  # noqa: PLC0415  opens the display
+    from pyglet.libs.x11 import xlib
 
     handle, shown = window.display.handle, []
     assert window.focused

@@ -150,7 +150,7 @@ def test_a_long_weighted_track_is_answered_correctly_as_often_as_its_target(targ
 
 def test_psychopys_staircase_takes_the_same_levels():
     """An independent implementation, trial for trial, with steps of one size."""
-    from psychopy.data import StairHandler  # noqa: PLC0415 - takes seconds to load
+    from psychopy.data import StairHandler
 
     rng = np.random.default_rng(7)
     for down_after in (1, 2, 3):

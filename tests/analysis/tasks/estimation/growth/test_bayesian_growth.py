@@ -72,8 +72,8 @@ def found(installed, slopes):
 
 
 def test_the_density_is_that_of_normal_trials_with_normal_lines_and_the_priors(installed):
-    import jax  # noqa: PLC0415
-    from numpyro.infer.util import log_density  # noqa: PLC0415
+    import jax
+    from numpyro.infer.util import log_density
 
     rng = np.random.default_rng(1)
     who = np.array([0, 0, 0, 1, 1, 2])  # one with two trials, one with a single one
@@ -158,7 +158,7 @@ def test_numbers_of_chains_that_do_not_agree_are_not_reported(found):
 
 
 def test_the_figure_shows_everybody_twice(found):
-    from slipscale.analysis.tasks.estimation.growth.exponents_figure import exponents  # noqa: PLC0415 - matplotlib takes a second
+    from slipscale.analysis.tasks.estimation.growth.exponents_figure import exponents
 
     (axes,) = exponents(found).axes
     assert [label.get_text() for label in axes.get_yticklabels()] == [
