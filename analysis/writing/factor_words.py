@@ -25,7 +25,7 @@ NOUNS = {"from": "initial level"}
 def factor_name(factor: str) -> str:
     """Return the name of a factor without its unit.
 
-    >>> factor_name("finger_speed_mm_s"), factor_name("hand"), factor_name("from_level")
+    >>> factor_name("finger_speed_mm_s"), factor_name("hand"), factor_name("from_um_pp")
     ('finger speed', 'hand', 'initial level')
     """
     name = factor.removesuffix(_end(factor)).replace("_", " ")

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING
 from slipscale.experiments.journal.header import header, resume_data
 from slipscale.experiments.running.contact_sources import NamedSource, describe_contact
 from slipscale.experiments.session.interruptions import UNBLINDED
-from slipscale.experiments.session.masking_noise import NoNoise
 from slipscale.experiments.session.parts import Setup
 from slipscale.experiments.session.session import RunOutcome, Session
+from slipscale.experiments.session.sound.masking_noise import NoNoise
 from slipscale.faults import UserError
 from slipscale.hardware.address import PAIR, is_mock
 from slipscale.hardware.backends.mock import MockPlate

@@ -49,12 +49,12 @@ from slipscale.experiments.running.run_state import (
 )
 from slipscale.experiments.session.mailbox import Mailbox, mailbox_of
 from slipscale.experiments.session.marker_outputs import open_markers
-from slipscale.experiments.session.masking_noise import MaskingNoise, NoNoise, check_device
 from slipscale.experiments.session.operator import Operators
 from slipscale.experiments.session.parts import Setup
 from slipscale.experiments.session.passive_exploration import stage_of
-from slipscale.experiments.session.question_sounds import NoSounds, SoundOutput, Sounds
 from slipscale.experiments.session.resonance_tracking import ResonanceTracking
+from slipscale.experiments.session.sound.masking_noise import MaskingNoise, NoNoise, check_device
+from slipscale.experiments.session.sound.question_sounds import NoSounds, SoundOutput, Sounds
 from slipscale.experiments.session.terminal import Keys, TerminalOperator
 from slipscale.experiments.study.file import read_study
 from slipscale.experiments.study.run_plan import RunPlan, check_labels

@@ -42,7 +42,7 @@ from slipscale.experiments.running.contact_sources import (
 from slipscale.experiments.running.rehearsal import bounded, check_answered, check_supported
 from slipscale.experiments.session.operator import UnattendedOperator
 from slipscale.experiments.session.parts import Setup
-from slipscale.experiments.session.question_sounds import ImaginedSounds
+from slipscale.experiments.session.sound.question_sounds import ImaginedSounds
 from slipscale.experiments.study.file import parse_study, read_study
 from slipscale.experiments.study.run_plan import RunPlan
 from slipscale.faults import UserError

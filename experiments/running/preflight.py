@@ -372,7 +372,7 @@ def check_display(planned: PlannedSession) -> Finding:
 
 def check_sound(planned: PlannedSession) -> Finding:
     """Check that the study's masking noise, if any, can be generated, and find an audio device."""
-    from slipscale.experiments.session.masking_noise import MaskingNoise, check_device
+    from slipscale.experiments.session.sound.masking_noise import MaskingNoise, check_device
 
     study, _ = read_study(planned.study)
     noise = study.masking_noise

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal, Protocol
 
 if TYPE_CHECKING:
-    from slipscale.experiments.session.masking_noise import NoiseState
+    from slipscale.experiments.session.sound.masking_noise import NoiseState
     from slipscale.experiments.session.surface_state import PlateState
     from slipscale.experiments.steps.steps import Ask
     from slipscale.experiments.steps.trial import Trial

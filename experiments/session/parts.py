@@ -6,8 +6,8 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from slipscale.experiments.session.markers import Markers
-from slipscale.experiments.session.masking_noise import Noise, NoNoise
-from slipscale.experiments.session.question_sounds import NoSounds, Sounds
+from slipscale.experiments.session.sound.masking_noise import Noise, NoNoise
+from slipscale.experiments.session.sound.question_sounds import NoSounds, Sounds
 
 if TYPE_CHECKING:
     from slipscale.experiments.journal.journal import Journal

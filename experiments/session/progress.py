@@ -11,7 +11,7 @@ from slipscale.experiments.session.operator import Operator, SessionStatus, Stat
 from slipscale.experiments.steps.steps import Ask, EndBlock, EndTrial, Present, Step
 
 if TYPE_CHECKING:
-    from slipscale.experiments.session.masking_noise import Noise
+    from slipscale.experiments.session.sound.masking_noise import Noise
     from slipscale.experiments.session.surface_state import SurfaceState
     from slipscale.experiments.steps.trial import Trial
     from slipscale.hardware.clock import Clock

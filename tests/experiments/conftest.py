@@ -18,7 +18,7 @@ from slipscale.experiments.participants.simulated_people.respondent import respo
 from slipscale.experiments.running.begin_or_resume import plate_for, run_plan
 from slipscale.experiments.session.operator import UnattendedOperator
 from slipscale.experiments.session.parts import Setup
-from slipscale.experiments.session.question_sounds import ImaginedSounds
+from slipscale.experiments.session.sound.question_sounds import ImaginedSounds
 from slipscale.experiments.study.file import study_text
 from slipscale.experiments.study.run_plan import RunPlan
 from slipscale.hardware.clock import VirtualClock

@@ -25,6 +25,7 @@ from slipscale.experiments.running.study_commands import show
 from slipscale.experiments.steps.steps import Present
 from slipscale.experiments.study.file import read_study, shipped_studies
 from slipscale.experiments.study.run_plan import RunPlan
+from slipscale.stimuli.quantity import PLATE_AMPLITUDE
 from tools.site.tables import code, table
 
 if TYPE_CHECKING:
@@ -127,7 +128,8 @@ def _methods(study: Study) -> Iterator[str]:
     estimated = any(isinstance(options, MagnitudeEstimation) for options in study.tasks)
     kinds = [FACTORS] if study.factors and estimated else []
     for options in study.tasks:
-        header = frozenset(columns(load_protocol(options.protocol).for_task(options)))
+        named = columns(load_protocol(options.protocol).for_task(options))
+        header = frozenset(PLATE_AMPLITUDE.in_code[name] for name in named)
         kinds += [kind for kind in KINDS if kind.trials and kind.trials.belongs(header)]
     chosen = study.analysis.tests
     for kind in reversed(kinds):

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from slipscale.experiments.session.measured_contact import Contact
     from slipscale.experiments.session.operator_answers import OperatorAnswers
     from slipscale.experiments.session.parts import Parts
-    from slipscale.experiments.session.question_sounds import Sounds
+    from slipscale.experiments.session.sound.question_sounds import Sounds
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -15,7 +15,7 @@ from slipscale.experiments.participants.psychopy_window.entry import CLEAR, ENTE
 from slipscale.experiments.running.begin_or_resume import plate_for, run_plan
 from slipscale.experiments.session.operator import Request, UnattendedOperator
 from slipscale.experiments.session.parts import Setup
-from slipscale.experiments.session.question_sounds import ImaginedSounds
+from slipscale.experiments.session.sound.question_sounds import ImaginedSounds
 from slipscale.experiments.steps.questions import ChoiceQuestion, ComparisonQuestion, NumberQuestion
 from slipscale.experiments.steps.steps import Ask, Feedback
 from slipscale.hardware.clock import VirtualClock

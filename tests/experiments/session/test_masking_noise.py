@@ -5,7 +5,7 @@ import sys
 import numpy as np
 import pytest
 
-from slipscale.experiments.session.masking_noise import MaskingNoise, Playback
+from slipscale.experiments.session.sound.masking_noise import MaskingNoise, Playback
 from slipscale.faults import UserError
 
 NULL_DEVICE = "pcm.!default { type null }\nctl.!default { type null }\n"
@@ -65,7 +65,7 @@ def test_stopping_what_never_played_is_no_fault():
 
 def test_without_a_device_the_check_and_the_start_name_the_remedy(tmp_path):
     program = """
-from slipscale.experiments.session.masking_noise import MaskingNoise, check_device
+from slipscale.experiments.session.sound.masking_noise import MaskingNoise, check_device
 from slipscale.faults import RigError
 print(check_device())
 try:
@@ -91,7 +91,7 @@ class Missing:
         if name == "sounddevice":
             raise OSError("PortAudio library not found")
 sys.meta_path.insert(0, Missing())
-from slipscale.experiments.session.masking_noise import check_device
+from slipscale.experiments.session.sound.masking_noise import check_device
 print(check_device())
 """
     assert "libportaudio2" in run(program).stdout
@@ -101,8 +101,8 @@ print(check_device())
 def test_noise_plays_on_a_real_stream_and_ends_silent(tmp_path):
     (tmp_path / ".asoundrc").write_text(NULL_DEVICE)
     program = """
-from slipscale.experiments.session import masking_noise
-from slipscale.experiments.session.masking_noise import MaskingNoise, check_device
+from slipscale.experiments.session.sound import masking_noise
+from slipscale.experiments.session.sound.masking_noise import MaskingNoise, check_device
 masking_noise.STALL_S = 300.0
 print(check_device())
 masking = MaskingNoise(level_db=-20.0, fade_s=0.05, seed=1)
@@ -123,7 +123,7 @@ for _ in range(2):
 def test_a_device_that_takes_nothing_is_told_before_the_plate_moves(tmp_path):
     (tmp_path / ".asoundrc").write_text(NULL_DEVICE)
     program = """
-from slipscale.experiments.session import masking_noise
+from slipscale.experiments.session.sound import masking_noise
 from slipscale.faults import RigError
 masking_noise.STALL_S = 0.1
 masking_noise.Playback.fill = lambda *_: None

@@ -7,13 +7,13 @@ import sys
 import numpy as np
 import pytest
 
-from slipscale.experiments.session.question_sounds import Once
+from slipscale.experiments.session.sound.question_sounds import Once
 
 NULL_DEVICE = "pcm.!default { type null }\nctl.!default { type null }\n"
 PROGRAM = """
 from threading import Event
-from slipscale.experiments.session.masking_noise import check_device
-from slipscale.experiments.session.question_sounds import Once, SoundOutput
+from slipscale.experiments.session.sound.masking_noise import check_device
+from slipscale.experiments.session.sound.question_sounds import Once, SoundOutput
 from slipscale.stimuli.headphone_sounds import NoiseInEar, Tones
 print(check_device())
 fill, played = Once.fill, Event()

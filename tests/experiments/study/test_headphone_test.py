@@ -8,7 +8,7 @@ from slipscale.experiments.dataset.bids import build_dataset
 from slipscale.experiments.dataset.further_tables.headphones import headphone_result
 from slipscale.experiments.journal.plan_and_progress import read_plan
 from slipscale.experiments.session.operator import Request, UnattendedOperator
-from slipscale.experiments.session.question_sounds import NoSounds
+from slipscale.experiments.session.sound.question_sounds import NoSounds
 from slipscale.experiments.steps.steps import Ask
 from slipscale.experiments.study.file import parse_study
 from slipscale.experiments.study.headphone_test import HEADPHONES

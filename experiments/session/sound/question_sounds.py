@@ -11,7 +11,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from slipscale.experiments.session.masking_noise import CHANNELS, REMEDY, device_rate_hz
+from slipscale.experiments.session.sound.masking_noise import CHANNELS, REMEDY, device_rate_hz
 from slipscale.faults import RigError
 from slipscale.stimuli.headphone_sounds import HeadphoneSound
 

@@ -1,0 +1,1 @@
+"""Sounds of a session: masking noise, and the sounds of questions."""
