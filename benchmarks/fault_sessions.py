@@ -132,12 +132,12 @@ def session(board: EmulatorProcess, number: int, faults: list[str], folder: Path
 
 def is_wrong(row: dict[str, str]) -> bool:
     """Return whether an answered row's estimate or readback does not match its surface."""
-    if "n/a" in (row["estimate"], row["amplitude_readback_level"]):
+    if "n/a" in (row["estimate"], row["amplitude_readback_um_pp"]):
         return False
-    estimate, mean_level = due(row["texture"], float(row["level"]))
+    estimate, mean_level = due(row["texture"], float(row["amplitude_um_pp"]))
     return (
         abs(float(row["estimate"]) - estimate) > ESTIMATE_OFF + 1e-9
-        or abs(float(row["amplitude_readback_level"]) - mean_level) > READBACK_OFF_UM
+        or abs(float(row["amplitude_readback_um_pp"]) - mean_level) > READBACK_OFF_UM
     )
 
 

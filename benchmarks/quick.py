@@ -51,12 +51,12 @@ paths = sorted(folder.glob("sub-*/beh/*magnitudeestimation*.tsv"))
 rows = pd.concat([pd.read_csv(p, sep="\\t", na_values="n/a").assign(who=p.name[:6]) for p in paths])
 rows = rows[rows["phase"] == "main"].reset_index(drop=True)
 rows["log"] = np.log(rows["estimate"].clip(lower=1))
-names = {"data": rows, "dv": "log", "within": "level", "subject": "who"}
+names = {"data": rows, "dv": "log", "within": "amplitude_um_pp", "subject": "who"}
 pg.rm_anova(**names, correction=True)
 pg.friedman(**names)
 pg.pairwise_tests(**names, padjust="holm")
-smf.mixedlm("log ~ np.log(level)", rows[rows["level"] > 0], groups="who").fit()
-cells = rows.groupby("level")["estimate"].agg(["mean", "std"])
+smf.mixedlm("log ~ np.log(amplitude_um_pp)", rows[rows["amplitude_um_pp"] > 0], groups="who").fit()
+cells = rows.groupby("amplitude_um_pp")["estimate"].agg(["mean", "std"])
 plt.errorbar(cells.index, cells["mean"], cells["std"])
 plt.savefig(folder / "figure.svg")
 """
