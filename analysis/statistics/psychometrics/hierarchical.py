@@ -44,6 +44,11 @@ SHALLOWEST, STEEPEST = 20.0, 0.02
 #: of answers from one participant, minimum and maximum number, and extent in standard deviations.
 #: Curves that may be steep need twice as many nodes.
 NODES, FEWEST_NODES, MOST_NODES, OUTERMOST = 4.0, 21, 161, 4.0
+#: Largest distance between neighbouring nodes, as a multiple of the curve's width divided by the
+#: square root of the largest number of answers, and largest number of nodes of a refined grid. On a
+#: coarser grid, a curve that is steeper than the grid can pass between the answers of everybody,
+#: and the likelihood has maxima that are errors of the integral.
+COARSEST, MOST_REFINED = 3.0, 801
 #: Number of nodes for the deviation of a participant's threshold in one condition.
 INNER_NODES = 21
 #: Nodes for slopes. A participant's answers hardly determine the slope, so nodes one standard
@@ -131,28 +136,47 @@ class HierarchicalFit:
         self._guess = {"fixed": (rate, rate), "free": (0.0, likelihood.LARGEST_GUESS)}.get(
             model.guess, (0.0, 0.0)
         )
-        nodes = (2 if self.slopes_differ else 1) * NODES * counted.most_answers**0.5
-        persons = even(int(np.clip(nodes, FEWEST_NODES, MOST_NODES)), OUTERMOST)
         p = self.coefficients
         self.slope, self.spread, self.within, self.unlike, self.lapse, self.guess = range(p, p + 6)
-        self._fitted = IntegratedModel(
-            counted,
-            self._predict,
-            [(-FARTHEST, FARTHEST)] * p
-            + [
-                (float(slopes[0]), float(slopes[1])),
-                (0.0, WIDEST),
-                (0.0, WIDEST if several else 0.0),
-                (0.0, MOST_UNLIKE if self.slopes_differ else 0.0),
-                (0.0, model.largest_lapse),
-                self._guess,
-            ],
-            spreads=(self.spread, self.within, self.unlike),
-            outer=persons.crossed(OF_SLOPES if self.slopes_differ else NO_EFFECT),
-            inner=even(INNER_NODES) if several else NO_EFFECT,
-            more=self._catches,
-        )
+        bounds = [(-FARTHEST, FARTHEST)] * p + [
+            (float(slopes[0]), float(slopes[1])),
+            (0.0, WIDEST),
+            (0.0, WIDEST if several else 0.0),
+            (0.0, MOST_UNLIKE if self.slopes_differ else 0.0),
+            (0.0, model.largest_lapse),
+            self._guess,
+        ]
+
+        def with_nodes(count: int) -> IntegratedModel:
+            persons = even(count, OUTERMOST)
+            return IntegratedModel(
+                counted,
+                self._predict,
+                bounds,
+                spreads=(self.spread, self.within, self.unlike),
+                outer=persons.crossed(OF_SLOPES if self.slopes_differ else NO_EFFECT),
+                inner=even(INNER_NODES) if several else NO_EFFECT,
+                more=self._catches,
+            )
+
+        self._with_nodes = with_nodes
+        nodes = (2 if self.slopes_differ else 1) * NODES * counted.most_answers**0.5
+        self._nodes = int(np.clip(nodes, FEWEST_NODES, MOST_NODES))
+        self._fitted = with_nodes(self._nodes)
         self.best = self._best() if start is None else self._fitted.fit(start)
+        while self._refined(self.best):
+            self.best = self._best() if start is None else self._fitted.fit(start)
+
+    def _refined(self, found: Maximum) -> bool:
+        """Take a finer grid, if the present one is too coarse for the curve that was found."""
+        widths = found.theta[self.spread] * np.exp(found.theta[self.slope])
+        most = self._fitted.counted.most_answers
+        needed = 2 * OUTERMOST * widths * most**0.5 / COARSEST
+        nodes = int(min(needed, MOST_REFINED))
+        if nodes <= self._nodes:
+            return False
+        self._nodes, self._fitted = nodes, self._with_nodes(nodes)
+        return True
 
     def _best(self) -> Maximum:
         if self.slopes_differ:
@@ -216,18 +240,24 @@ class HierarchicalFit:
         """Convert thresholds from internal units to positions on the axis of the levels."""
         return self._centre + self._scale * np.asarray(coefficient, float)
 
-    def interval(self, place: int, df: int, confidence: float) -> Interval:
-        """Return a parameter's estimate and profile-likelihood interval, in internal units.
+    def intervals(self, *places: int, df: int, confidence: float) -> tuple[Interval, ...]:
+        """Return parameters' estimates and profile-likelihood intervals, in internal units.
+
+        The search can find a higher maximum, which replaces `best`: all results belong to one fit.
 
         Parameters
         ----------
-        place : int
-            Index of a coefficient, or ``slope``, the index of the natural logarithm of the slope.
+        places : int
+            Indices of coefficients, or ``slope``, the index of the natural logarithm of the slope.
         df : int
             Degrees of freedom between people.
         """
         fall = students_fall(self.people, df, confidence)
-        return self._fitted.profile(self.best, place, fall)
+        self.best, found = self._fitted.profiles(self.best, places, fall)
+        if self._refined(self.best):
+            self.best = self._best()
+            return self.intervals(*places, df=df, confidence=confidence)
+        return found
 
     def p(self, coefficient: int, df: int) -> float:
         """Return the p-value for the null hypothesis that a coefficient is 0."""

@@ -251,30 +251,40 @@ class IntegratedModel:
                 break
         return Maximum(np.asarray(found.x), -float(found.fun), -np.asarray(found.jac))
 
-    def profile(self, best: Maximum, place: int, fall: float) -> Interval:
-        """Return a parameter's estimate with the ends of its interval.
+    def profiles(
+        self, best: Maximum, places: Sequence[int], fall: float
+    ) -> tuple[Maximum, tuple[Interval, ...]]:
+        """Return parameters' estimates with the ends of their intervals, and their maximum.
+
+        The maximum is ``best``, or a higher one that was found on the way. All intervals belong to
+        the maximum that is returned.
 
         Parameters
         ----------
         best : Maximum
             Maximum of the likelihood if no parameter is fixed, as returned by `fit`.
+        places : sequence of int
+            Indices of the parameters.
         fall : float
-            Drop in log likelihood at the ends of the interval (see `students_fall`).
+            Drop in log likelihood at the ends of the intervals (see `students_fall`).
         """
-        ends: list[float] = []
-        flat = False
-        for edge in self.bounds[place]:
-            end, likeliest, level = self._end(best, place, edge, fall)
-            if likeliest.log_likelihood > best.log_likelihood + FLAT:
-                # With this parameter fixed, a search can find a higher maximum than with all
-                # parameters free. A new search with all parameters free may even return to the
-                # lower maximum.
-                freed = self.fit(likeliest.theta)
-                higher = max(likeliest, freed, key=lambda each: each.log_likelihood)
-                return self.profile(higher, place, fall)
-            ends.append(end)
-            flat = flat or level
-        return Interval(None if flat else float(best.theta[place]), *ends)
+        found = []
+        for place in places:
+            ends: list[float] = []
+            flat = False
+            for edge in self.bounds[place]:
+                end, likeliest, level = self._end(best, place, edge, fall)
+                if likeliest.log_likelihood > best.log_likelihood + FLAT:
+                    # With this parameter fixed, a search can find a higher maximum than with all
+                    # parameters free. A new search with all parameters free may even return to the
+                    # lower maximum.
+                    freed = self.fit(likeliest.theta)
+                    higher = max(likeliest, freed, key=lambda each: each.log_likelihood)
+                    return self.profiles(higher, places, fall)
+                ends.append(end)
+                flat = flat or level
+            found.append(Interval(None if flat else float(best.theta[place]), *ends))
+        return best, tuple(found)
 
     def _end(
         self, best: Maximum, place: int, edge: float, fall: float

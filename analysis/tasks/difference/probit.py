@@ -137,11 +137,16 @@ def d_primes(
     )
     best = model.fit(np.array([1.0] * (len(kinds) - 1) + [0.5, 0.5, 0.5]))
     fall = students_fall(people, people - 1, confidence)
+    # If all answers are alike, the bounds of the search, not the counts, would limit the interval.
+    determined = [
+        place
+        for place, column in enumerate(columns[1:])
+        if not _all_alike(yes[:, [catch, column]].sum(), total[:, [catch, column]].sum())
+    ]
+    intervals = dict(zip(determined, model.profiles(best, determined, fall)[1], strict=True))
     found = []
     for place, column in enumerate(columns[1:]):
-        same = _all_alike(yes[:, [catch, column]].sum(), total[:, [catch, column]].sum())
-        # The bounds of the search, not the counts, would limit the interval.
-        estimate, low, high = (None, -inf, inf) if same else model.profile(best, place, fall)
+        estimate, low, high = intervals.get(place, (None, -inf, inf))
         found.append(
             DPrimeOfSize(
                 removed_level=float(kinds[column]),

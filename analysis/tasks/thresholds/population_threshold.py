@@ -192,14 +192,13 @@ def population_threshold(
     counted = _counted(main, model)
     fit = HierarchicalFit(model, _trials(counted, np.ones((len(counted), 1)), right))
     df, confidence = len(people) - 1, choices.confidence
-    found = fit.interval(0, df, confidence)
+    found, three = fit.intervals(0, fit.slope, df=df, confidence=confidence)
     if found.value is None:
         return NotComputed("answers do not increase with the levels presented")
     slope: Estimate | NotComputed = NotComputed("the answers jump between two levels")
     compared = model.guess == "equal to lapse"
     half: Estimate | NotComputed = NotComputed("a curve of the level's logarithm has no half-width")
     if not fit.jumps:
-        three = fit.interval(fit.slope, df, confidence)
         ends = np.exp([fit.best.theta[fit.slope], three.low, three.high]) / fit.scale
         slope = estimate(ends, confidence)
     levels = model.curve.level
@@ -366,9 +365,9 @@ def _factor(
     columns = np.stack([(labels == each).to_numpy(float) for each in names], axis=1)
 
     of_levels = fitted(columns)
+    intervals = of_levels.intervals(*range(len(names)), df=df, confidence=confidence)
     levels = []
-    for place, label in enumerate(names):
-        found = of_levels.interval(place, df, confidence)
+    for place, (label, found) in enumerate(zip(names, intervals, strict=True)):
         value = of_levels.best.theta[place] if found.value is None else found.value
         ends = of_levels.coordinates(np.array([value, found.low, found.high]))
         levels.append(
@@ -387,7 +386,7 @@ def _factor(
         design[:, first] = 1.0
         start[: len(names)] -= np.where(np.arange(len(names)) == first, 0.0, start[first])
         fit = fitted(design, start)
-        low, high = fit.interval(second, df, confidence)[1:]
+        ((_, low, high),) = fit.intervals(second, df=df, confidence=confidence)
         change = fit.scale * np.array([fit.best.theta[second], low, high])
         change = np.exp(change) if fit.model.curve.logarithmic else change
         changes.append(estimate(change, confidence))

@@ -1,7 +1,7 @@
 """The hierarchical psychometric model: as lme4 fits it, and true of simulated people."""
 
 import json
-from itertools import product
+from itertools import combinations, product
 from pathlib import Path
 
 import numpy as np
@@ -272,3 +272,71 @@ def test_a_comparison_on_the_wrong_axis_is_named_and_the_right_one_holds_the_tru
     expected = (1.3 - 1 / 1.3) / 2 if truth == "log_normal" else 0.3
     assert fraction.interval.low < expected < fraction.interval.high
     assert fraction.value == pytest.approx(expected, rel=0.1)
+
+
+#: Correct answers of 20 in two intervals at levels 1 to 6, and the threshold within the population
+#: by integration on a grid of 1,601 thresholds and 61 slopes.
+MIXED = {
+    "n1": ((8, 13, 19, 19, 20, 20), 2.335),
+    "n2": ((10, 10, 19, 19, 19, 18), 2.472),
+    "n3": ((13, 12, 17, 20, 19, 20), 2.747),
+    "step": ((10, 10, 10, 20, 20, 20), 3.422),
+    "perfect": ((20, 20, 20, 20, 20, 20), 0.623),
+    "chance": ((11, 12, 10, 13, 9, 9), 9.859),
+}
+
+
+def answers_of(names):
+    rows = [
+        (who, "", False, np.nan, level, place < right)
+        for who in names
+        for level, right in enumerate(MIXED[who][0], start=1)
+        for place in range(20)
+    ]
+    columns = ["participant_id", "session", "catch", "standard_level", "track_level", "correct"]
+    return pd.DataFrame(rows, columns=columns)
+
+
+def test_people_without_a_threshold_leave_that_of_the_others_between_their_own_and_the_typical():
+    found = population_threshold(answers_of(MIXED), CHOICES, method="two_interval", curve="weibull")
+    assert found.threshold_level.value == pytest.approx(2.616, rel=0.01)
+    for who, (_, threshold) in MIXED.items():
+        assert found.participants[who] == pytest.approx(threshold, rel=0.01), who
+
+
+@pytest.mark.parametrize("names", list(combinations(MIXED, 4)), ids="-".join)
+def test_every_mixture_of_people_is_that_of_plain_integration_on_a_fine_grid(names):
+    """Weibull curves, two intervals; thresholds and slopes differ between people."""
+    rows = answers_of(names)
+    trials = Trials(
+        person=pd.factorize(rows["participant_id"], sort=True)[0],
+        condition=np.zeros(len(rows), int),
+        design=np.ones((len(rows), 1)),
+        u=np.log(rows["track_level"].to_numpy(float)),
+        yes=rows["correct"].to_numpy(float),
+        n=np.ones(len(rows)),
+    )
+    fit = HierarchicalFit(TWO, trials)
+    fit.intervals(0, fit.slope, df=len(names) - 1, confidence=0.95)
+    theta = fit.best.theta
+    typical, steep = float(fit.coordinates(theta[0])), np.exp(theta[fit.slope]) / fit.scale
+    normal = np.linspace(-6, 6, 2401)
+    weights = np.exp(-(normal**2) / 2)
+    b, d = np.meshgrid(normal, np.linspace(-3, 3, 7), indexing="ij")
+    prior = weights[:, None] * np.exp(-(d**2) / 2)
+    slope = steep * np.exp(theta[fit.unlike] * d)
+    total, expected = 0.0, []
+    for who in sorted(names):
+        log_p = np.log(prior / prior.sum())
+        for level, right in enumerate(MIXED[who][0], start=1):
+            z = np.log(np.log(2)) + slope * (np.log(level) - typical - fit.sd * b)
+            p = 0.5 + (0.5 - theta[fit.lapse]) * -np.expm1(-np.exp(np.minimum(z, 50)))
+            log_p = (
+                log_p + right * np.log(np.clip(p, 1e-12, 1)) + (20 - right) * np.log(1 - p + 1e-12)
+            )
+        top = log_p.max()
+        share = np.exp(log_p - top)
+        total += top + np.log(share.sum())
+        expected.append(float((share * b).sum() / share.sum()) * fit.sd)
+    assert fit.best.log_likelihood == pytest.approx(total, abs=0.15)
+    assert fit.deviations() == pytest.approx(expected, abs=0.02)

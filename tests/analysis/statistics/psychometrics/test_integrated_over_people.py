@@ -26,7 +26,7 @@ def test_a_profile_ends_though_the_free_search_returns_to_the_lower_maximum():
     counted = Counted(yes=one, no=one, cells=np.zeros(1, int), times=np.ones(1))
     model = TwoPeaks(counted, None, [(-20.0, 20.0)], spreads=(), outer=NO_EFFECT)
     best = model.fit(np.zeros(1))
-    found = model.profile(best, 0, fall=2.0)
+    _, (found,) = model.profiles(best, [0], fall=2.0)
     # The profile is taken from the highest point met: an end lies where it has fallen by 2.
     top = -((found.value - 2.0) ** 2) / 2
     assert top > best.log_likelihood + 0.4

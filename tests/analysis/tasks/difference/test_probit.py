@@ -91,7 +91,7 @@ def test_the_ends_of_a_profile_of_normal_data_are_students():
 
     model = IntegratedModel(counted, predict, [(-3, 3), (0, 2)], spreads=(1,), outer=even(1_001))
     best = model.fit(np.array([0.1, 0.5]))
-    found = model.profile(best, 0, students_fall(5, 4, 0.95))
+    _, (found,) = model.profiles(best, [0], students_fall(5, 4, 0.95))
     student = ttest_1samp(levels, 0).confidence_interval(0.95)
     assert found.value == pytest.approx(levels.mean(), abs=2e-4)
     assert (found.low, found.high) == pytest.approx((student.low, student.high), abs=2e-3)
