@@ -166,11 +166,14 @@ def add_mapping(parser: ArgumentParser) -> None:
         help="analyse only the rows in which this column has this value; if repeated for the same "
         "column, rows with any of the values; for several columns, rows that match all of them",
     )
-    group.add_argument(
-        "--yes",
-        metavar="CODE",
-        help="code that means yes (default: usual pairs of codes are recognised)",
-    )
+    for name, meaning in (
+        ("yes", "yes or correct (default: usual pairs of codes are recognised)"),
+        ("no", "no or wrong (default: the one code that is left)"),
+        ("missing", "that there is no answer; these trials are left out and counted"),
+    ):
+        group.add_argument(
+            f"--{name}", metavar="CODE", nargs="+", help=f"codes in --answer that mean {meaning}"
+        )
     group.add_argument(
         "--alternatives",
         type=int,

@@ -14,7 +14,8 @@ COLUMNS = (
     *("first", "second", "dissimilarity"),
     *("group", "factor", "session", "run", "block", "trial"),
 )
-OTHERS = ("in_unit", "levels", "only", "decimal", "sheet", "yes", "alternatives")
+ANSWERS = ("yes", "no", "missing", "alternatives")
+OTHERS = ("in_unit", "levels", "only", "decimal", "sheet", *ANSWERS)
 NUMBER_AT_END = re.compile(r"(?:\d+(?:[.,]\d+)?|[.,]\d+)$")
 #: Ends of the text before a number that may be part of the number: -20, 1e-3, 1.2.3, 0_5.
 UNCLEAR_BEFORE = re.compile(r"(?:[-+−.,]|\d[eE]|\d[_ ])$")
@@ -57,11 +58,7 @@ def mapping_from(args: Namespace) -> TableMapping | None:
         table |= {
             "columns": columns,
             "stimulus": stimulus,
-            "answers": {
-                key: value
-                for key in ("yes", "alternatives")
-                if (value := getattr(args, key)) is not None
-            },
+            "answers": {key: value for key in ANSWERS if (value := getattr(args, key)) is not None},
             "levels": _levels(args.levels or ()),
         }
     return parse_mapping(table, "options for columns")

@@ -1,37 +1,39 @@
-"""Identify which codes in an answer column mean yes.
+"""Identify which codes in an answer column mean yes, and which mean no.
 
 Rules:
 
-- Common pairs of codes, such as yes and no or 1 and 0, are recognised (`PAIRS`). For any other
-  pair, the user must declare which code means yes; of the other codes, the most frequent means no.
-- Cells that match neither code are excluded and reported. If more than `FEW` cells and more than
-  the proportion `FEW_SHARE` of the filled cells match neither code, the column is probably not an
-  answer column and is rejected.
+- Common pairs of codes, such as yes and no or 1 and 0, are recognised (`PAIRS`) if no other code
+  occurs. For any other coding, the user states which codes mean yes, which mean no, and which mean
+  that there was no answer. If one code is left, it needs no statement.
+- No code is left out because it is rare: 2 may mean wrong in 4 % of the trials, and 0 may mean
+  late. A column that mixes codings, such as TRUE, FALSE and 0, is rejected with the counts.
+- Answers with a code that means missing are excluded and counted.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pandas as pd
 
-from slipscale.analysis.reading.cells import FEW, FEW_SHARE, cell, places
-from slipscale.analysis.reading.delimited import LISTED_PROBLEMS, NOT_AVAILABLE, Problems, Source
+from slipscale.analysis.reading.cells import cell
+from slipscale.analysis.reading.delimited import NOT_AVAILABLE, Problems, Source
 from slipscale.faults import UserError
+
+if TYPE_CHECKING:
+    from slipscale.analysis.reading.mapping import AnswerWords
 
 #: Codes in tables written by Slipscale.
 TRUE, FALSE = frozenset({"yes", "true", "1", "1.0"}), frozenset({"no", "false", "0", "0.0"})
-#: Pairs of codes that are recognised as yes and no, or right and wrong.
+#: Pairs of codes, yes (or right) before no (or wrong), that are recognised if only they occur.
 PAIRS = (
-    (TRUE, FALSE),
-    (frozenset({"y"}), frozenset({"n"})),
-    (frozenset({"t"}), frozenset({"f"})),
-    (frozenset({"ja", "j"}), frozenset({"nein", "n", "nee"})),
-    (frozenset({"oui", "o"}), frozenset({"non", "n"})),
-    (frozenset({"sí", "si", "s"}), frozenset({"no", "n"})),
-    (frozenset({"correct", "right"}), frozenset({"incorrect", "wrong"})),
+    *(("yes", "no"), ("true", "false"), ("1", "0"), ("y", "n"), ("t", "f")),
+    *(("ja", "nein"), ("ja", "nee"), ("j", "n")),
+    *(("oui", "non"), ("o", "n")),
+    *(("sí", "no"), ("si", "no"), ("s", "n")),
+    *(("correct", "incorrect"), ("correct", "wrong"), ("right", "wrong")),
 )
 #: Maximum number of codes to list in a message.
 LISTED = 8
@@ -49,7 +51,7 @@ def as_answers(
     sources: Sequence[Source],
     problems: Problems,
     *,
-    yes: str | None = None,
+    words: AnswerWords | None = None,
 ) -> pd.Series[float]:
     """Convert a column of answers to 1 (yes), 0 (no) or NaN (missing).
 
@@ -59,32 +61,39 @@ def as_answers(
         Table that contains the answer column and the columns ``file`` and ``line``.
     column : str
         Name of the answer column.
-    yes : str, optional
-        Code that means yes; by default, common pairs such as yes/no or 1/0 are recognised.
+    words : AnswerWords, optional
+        Codes that mean yes, no and missing; by default, common pairs such as yes/no or 1/0 are
+        recognised.
 
     Raises
     ------
     UserError
-        If the codes are not a common pair and `yes` is not given, if `yes` does not occur, or if
-        too many cells match neither code.
+        If the meaning of a code is neither known nor stated, or if no stated code for yes occurs.
     """
     codes = _codes(frame[column])
-    counts = codes.value_counts()
     where = f"{sources[0].name}, column {problems.title(column)}" if sources else column
-    agreed, disagreed = _meaning(counts, where, yes)
-    found = codes.map(dict.fromkeys(agreed, 1.0) | dict.fromkeys(disagreed, 0.0)).astype(float)
-    wrong = found.isna() & codes.notna()
-    shown = frame[wrong].head(LISTED_PROBLEMS)
-    problems.add_many(
-        [
-            f"{place}, column {problems.title(column)}: '{cell(value)}' instead of "
-            f"{_listed(agreed)} or {_listed(disagreed)}; the trial is left out"
-            for place, value in zip(places(shown, sources), shown[column], strict=True)
-        ],
-        f"column {problems.title(column)}",
-        int(wrong.sum()),
+    yes, no = (_stated(words.yes), _stated(words.no)) if words else (frozenset(), frozenset())
+    agreed, disagreed = _meaning(codes.value_counts(), where, yes, no)
+    return codes.map(dict.fromkeys(agreed, 1.0) | dict.fromkeys(disagreed, 0.0)).astype(float)
+
+
+def without_missing(
+    frame: pd.DataFrame, column: str, missing: Sequence[str] | None, problems: Problems
+) -> pd.DataFrame:
+    """Leave out the rows whose code means that there is no answer, and report their number."""
+    codes = _codes(frame[column])
+    left_out = codes.isin(_stated(missing))
+    if not left_out.any():
+        return frame
+    problems.add(
+        f"column {problems.title(column)}: {int(left_out.sum())} of {len(frame)} trials are left "
+        f"out, because {_described(codes[left_out].value_counts())} means that there is no answer"
     )
-    return found
+    return frame[~left_out].reset_index(drop=True)
+
+
+def _stated(codes: Sequence[str] | None) -> frozenset[str]:
+    return frozenset(code.strip().lower() for code in codes or ())
 
 
 def _codes(cells: pd.Series[Any]) -> pd.Series[Any]:
@@ -101,40 +110,37 @@ def _codes(cells: pd.Series[Any]) -> pd.Series[Any]:
 
 
 def _meaning(
-    counts: pd.Series[int], where: str, yes: str | None
+    counts: pd.Series[int], where: str, yes: frozenset[str], no: frozenset[str]
 ) -> tuple[frozenset[str], frozenset[str]]:
     """Return the codes that mean yes and the codes that mean no."""
-    most_lost = max(FEW, FEW_SHARE * int(counts.sum()))
-    if yes is not None:
-        wanted = yes.strip().lower()
-        if wanted not in counts.index:
-            raise UserError(
-                f"{where}: '{yes}' does not occur; found {_described(counts)}. Set --yes to one of "
-                "these codes"
-            )
-        others = counts.drop(wanted)
-        if len(others) and int(others.iloc[1:].sum()) > most_lost:
-            raise UserError(
-                f"{where}: besides '{yes}' there are {_described(others)}; expected only two "
-                "codes, for yes and no. Exclude the other rows (--only), or name another column"
-            )
-        return frozenset({wanted}), frozenset(map(str, others.index[:1]))
-    for agreed, disagreed in PAIRS:
-        lost = counts[[code not in agreed | disagreed for code in counts.index]]
-        if int(lost.sum()) <= most_lost and int(counts.sum() - lost.sum()) > 0:
-            return agreed, disagreed
-    raise UserError(
-        f"{where}: the answers are {_described(counts)}; expected yes and no. State which "
-        "code means yes, for example --yes "
-        f"{next(iter(counts.index), 'CODE')}; for counts of yes answers, use --yes-count and --n"
-    )
+    found = frozenset(map(str, counts.index))
+    if yes and not yes & found:
+        raise UserError(
+            f"{where}: '{', '.join(sorted(yes))}' does not occur; found {_described(counts)}. Set "
+            "--yes to one of these codes"
+        )
+    if not (yes or no):
+        for agreed, disagreed in PAIRS:
+            if found and found <= {agreed, disagreed}:
+                return frozenset({agreed}), frozenset({disagreed})
+        first = next(iter(counts.index), "CODE")
+        raise UserError(
+            f"{where}: the answers are {_described(counts)}; expected one code for yes and one for "
+            f"no. State what the codes mean, for example --yes {first}, and, with more than two "
+            "codes, --no CODE for no or wrong and --missing CODE for no answer; for counts of yes "
+            "answers, use --yes-count and --n"
+        )
+    others = found - yes - no
+    if others and (len(others) > 1 or (yes and no)):
+        unknown = counts[counts.index.isin(others)]
+        raise UserError(
+            f"{where}: the meaning of {_described(unknown)} is not stated; expected --no CODE for "
+            "no or wrong, or --missing CODE for no answer (or exclude the rows with --only)"
+        )
+    return (yes, no | others) if yes else (others, no)
 
 
 def _described(counts: pd.Series[int]) -> str:
     shown = [f"'{cell(code)}' ({number} times)" for code, number in counts.items()]
     more = f" and {len(shown) - LISTED} other codes" if len(shown) > LISTED else ""
     return (", ".join(shown[:LISTED]) + more) or "all missing"
-
-
-def _listed(codes: frozenset[str]) -> str:
-    return "/".join(sorted(codes, key=lambda code: (code[:1].isdigit(), code))) or "the other code"

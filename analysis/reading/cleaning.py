@@ -7,7 +7,7 @@ become missing and are reported with file and line.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pandas as pd
@@ -28,6 +28,9 @@ from slipscale.analysis.reading.trial_tables import (
 from slipscale.experiments.dataset.schema import MAIN, PARTICIPANT, PRACTICE, VOIDED
 from slipscale.faults import UserError
 from slipscale.stimuli.quantity import DIGITS, PLATE_AMPLITUDE, Quantity
+
+if TYPE_CHECKING:
+    from slipscale.analysis.reading.mapping import AnswerWords
 
 PHASES = (MAIN, PRACTICE)
 #: Block numbers are labels and may be words.
@@ -81,12 +84,12 @@ def clean_differences(
     problems: Problems,
     quantity: Quantity = PLATE_AMPLITUDE,
     *,
-    yes: str | None = None,
+    words: AnswerWords | None = None,
     factors: Sequence[str] = (),
 ) -> pd.DataFrame:
     """Return the steps of a descending difference task; ``difference_felt`` is 1, 0 or missing.
 
-    ``yes`` is the code that means yes, or None if it was not declared. For ``factors``, see
+    ``words`` are the codes of the answers, or None if they were not declared. For ``factors``, see
     `clean_estimates`.
     """
     clean = pd.DataFrame({name: frame[name] for name in (*IDENTITY, "file", "line")})
@@ -95,7 +98,7 @@ def clean_differences(
         clean[column] = told_apart(found, quantity)
     for column in DIFFERENCE.numbers:
         clean[column] = _optional_numbers(frame, column, sources, problems)
-    clean["difference_felt"] = as_answers(frame, "difference_felt", sources, problems, yes=yes)
+    clean["difference_felt"] = as_answers(frame, "difference_felt", sources, problems, words=words)
     clean["catch"] = _catches(frame, clean, problems)
     clean["verbal_report"] = labels(frame, "verbal_report", "")
     clean["phase"] = _phases(frame, problems)

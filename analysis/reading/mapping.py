@@ -69,24 +69,37 @@ class Columns(FrozenTable):
 OWN = Columns.model_construct(participant="")
 
 
+#: One value or several alternatives.
+Alternatives = Annotated[
+    tuple[str, ...],
+    BeforeValidator(lambda given: (given,) if isinstance(given, str) else given),
+    Field(min_length=1),
+]
+
+
 class AnswerWords(FrozenTable):
     """Meaning of the answers.
 
     Parameters
     ----------
-    yes : str, optional
-        Code for "yes"; required unless the codes are a common pair such as yes/no or 1/0.
+    yes, no, missing : str or tuple of str, optional
+        Codes for "yes" (or correct), for "no" (or wrong) and for the absence of an answer; required
+        unless the codes are a common pair such as yes/no or 1/0. One code that is left needs no
+        statement.
     alternatives : {2, 3}, optional
         Number of alternatives in a forced-choice task, in which "yes" means a correct answer.
     """
 
-    yes: ColumnName | None = None
+    yes: Alternatives | None = None
+    no: Alternatives | None = None
+    missing: Alternatives | None = None
     alternatives: Literal[2, 3] | None = None
 
     @property
     def word(self) -> str:
         """Word for "yes" in the report: the code for yes, or "yes" if that code is not a word."""
-        return self.yes if self.yes and self.yes.isprintable() and WORD.search(self.yes) else "yes"
+        (code, *more) = self.yes or ("",)
+        return code if not more and code.isprintable() and WORD.search(code) else "yes"
 
 
 class StimulusWords(FrozenTable):
@@ -105,14 +118,6 @@ class StimulusWords(FrozenTable):
     def factor(self) -> float:
         """Factor for converting levels from the table's unit to the report's unit."""
         return factor(self.unit, self.in_unit) if self.in_unit else 1.0
-
-
-#: One value or several alternatives.
-Alternatives = Annotated[
-    tuple[str, ...],
-    BeforeValidator(lambda given: (given,) if isinstance(given, str) else given),
-    Field(min_length=1),
-]
 
 
 class Cells(FrozenTable):
@@ -244,11 +249,11 @@ class TableMapping(FrozenTable):
             ),
             (
                 bool(columns.response) and answers != AnswerWords(),
-                "'yes' and 'alternatives' can be set only if there is a column of yes/no answers",
+                "codes and 'alternatives' can be set only if there is a column of yes/no answers",
             ),
             (
-                bool(columns.yes_count and answers.yes),
-                "the code for yes requires a column of answers, because counts have no codes",
+                bool(columns.yes_count and (answers.yes or answers.no or answers.missing)),
+                "codes for answers require a column of answers, because counts have no codes",
             ),
             (bool(columns.yes_count and columns.trial), TRIAL_OF_SEVERAL),
             (

@@ -103,8 +103,8 @@ def test_every_command_and_every_option_named_is_one(page):
 
 def test_a_wrong_command_or_option_in_a_page_is_seen(tmp_path):
     page = tmp_path / "page.md"
-    page.write_text("`slipscale study\nshow --seed 3`\n```sh\nslipscale piolt\n```\n`--no`")
-    assert wrong_commands(page) == ["slipscale piolt", "slipscale study show --seed 3", "--no"]
+    page.write_text("`slipscale study\nshow --seed 3`\n```sh\nslipscale piolt\n```\n`--nope`")
+    assert wrong_commands(page) == ["slipscale piolt", "slipscale study show --seed 3", "--nope"]
 
 
 def test_the_readme_names_every_command():

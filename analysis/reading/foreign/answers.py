@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pandas as pd
 
+from slipscale.analysis.reading.answer_codes import without_missing
 from slipscale.analysis.reading.cells import places
 from slipscale.analysis.reading.cleaning import (
     clean_differences,
@@ -46,11 +47,12 @@ def read_answers(
     UserError
         If there are too many standards, or yes-no answers in different conditions.
     """
-    steps = _steps(_one_row_per_answer(frame, mapping, sources, problems))
+    rows = _one_row_per_answer(frame, mapping, sources, problems)
+    steps = _steps(without_missing(rows, ANSWER, mapping.answers.missing, problems))
     quantity = mapping.quantity
     read = _above_reference(
         clean_differences(
-            steps, sources, problems, quantity, yes=mapping.answers.yes, factors=["factor"]
+            steps, sources, problems, quantity, words=mapping.answers, factors=["factor"]
         )
     )
     if method := _method(read, mapping):

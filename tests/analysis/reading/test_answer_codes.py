@@ -93,15 +93,34 @@ def test_the_report_speaks_in_the_datas_own_word_for_yes(tmp_path, page):
     assert mapping({"yes": "2"}).quantity.yes == "yes"
 
 
-def test_a_few_unreadable_answers_are_named_in_the_tables_own_words(tmp_path):
-    path, _ = table(tmp_path, ("no", "yes"))
-    text = path.read_text().replace(",yes", ",perhaps", 2)
-    path.write_text(text)
-    data = load(path, mapping())
-    assert sum("column felt: 'perhaps' instead of" in line for line in data.problems) == 2
-    path.write_text(text.replace(",yes", ",perhaps", 40))
-    with pytest.raises(UserError, match="column felt: the answers are"):
+@pytest.mark.parametrize("codes", [("no", "yes"), ("False", "True"), (0, 1), ("wrong", "correct")])
+@pytest.mark.parametrize("other,times", [("perhaps", 1), ("0.5", 2), ("3", 40)])
+def test_no_code_is_left_out_because_it_is_rare(tmp_path, codes, other, times):
+    path, truth = table(tmp_path, codes)
+    yes = str(codes[1])
+    path.write_text(path.read_text().replace(f",{yes}\n", f",{other}\n", times))
+    with pytest.raises(UserError, match=rf"'{other}' \({times} times\).*--missing CODE"):
         load(path, mapping())
+    with pytest.raises(UserError, match=rf"meaning of .*'{other}' \({times} times\).*--no CODE"):
+        load(path, mapping({"yes": yes}))
+    data = load(path, mapping({"yes": yes, "missing": other}))
+    assert len(data.differences) == len(truth) - times
+    assert data.differences["difference_felt"].sum() == truth.sum() - times
+    (said,) = [line for line in data.problems if "means that there is no answer" in line]
+    assert said.startswith(f"column felt: {times} of {len(truth)} trials are left out")
+    data = load(path, mapping({"yes": yes, "no": [str(codes[0]), other]}))
+    assert list(data.differences["difference_felt"]).count(0.0) == (~truth).sum() + times
+
+
+def test_a_column_that_mixes_codings_is_rejected_with_the_counts(tmp_path):
+    """A file had TRUE and FALSE for answers and 0 for none: 2.54 became 3.04."""
+    path, truth = table(tmp_path, ("FALSE", "TRUE"))
+    path.write_text(path.read_text().replace(",FALSE\n", ",0\n", 7))
+    counts = {"true": truth.sum(), "false": (~truth).sum() - 7, "0": 7}
+    with pytest.raises(UserError) as refused:
+        load(path, mapping())
+    for code, times in counts.items():
+        assert f"'{code}' ({times} times)" in str(refused.value)
 
 
 def test_a_declared_code_that_never_occurs_is_refused(tmp_path):

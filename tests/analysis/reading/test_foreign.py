@@ -145,7 +145,7 @@ def test_a_single_table_has_no_task(tmp_path, table_by_hand):
 
 
 def test_yes_and_no_read_as_one_table(table_by_hand):
-    text = "subject,base,level,felt\na,2,1,yes\na,2,2,no\nb,2,1,TRUE\nb,2,2,0\n"
+    text = "subject,base,level,felt\na,2,1,yes\na,2,2,no\nb,2,1,Yes\nb,2,2,NO\n"
     found = mapping(stimulus="level", response="", answer="felt", reference="base")
     data = load(table_by_hand(text), found)
     assert list(data.differences["difference_felt"]) == [1, 0, 1, 0]
