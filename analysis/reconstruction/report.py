@@ -310,4 +310,6 @@ def outward(value: float, *, down: bool) -> str:
     near = round(exact / unit)
     rounding = ROUND_FLOOR if down else ROUND_CEILING
     steps = Decimal(near) if abs(exact / unit - near) < Decimal("1e-6") else exact / unit
-    return f"{steps.to_integral_value(rounding) * unit:f}"
+    rounded = steps.to_integral_value(rounding) * unit
+    whole = rounded == rounded.to_integral_value()
+    return f"{rounded.to_integral_value() if whole else rounded:f}"

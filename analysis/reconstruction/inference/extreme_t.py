@@ -10,8 +10,8 @@ squares by the Cauchy-Schwarz inequality.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, replace
 from itertools import product
 from math import copysign, inf, sqrt
 
@@ -52,22 +52,38 @@ def paired_t(x: Array, y: Array) -> Range:
     x, y : ndarray of int, shapes (p, n) and (q, n)
         All data sets of two columns, one sorted row per data set.
     """
-    low, high = inf, -inf
-    at_low: Table = ()
-    at_high: Table = ()
+    return _extremes(x, y, lambda t: t)
+
+
+def squared_t(x: Array, y: Array) -> Range:
+    """Return the range of the square of the paired t, which is F; see `paired_t`."""
+    found = _extremes(x, y, abs)
+    return replace(found, low=found.low**2, high=found.high**2)
+
+
+def _extremes(x: Array, y: Array, form: Callable[[float], float]) -> Range:
+    """Return the range of t or of its absolute value, as ``form`` says."""
+    # A range at infinity has tables, too, so the comparison is not with infinity.
+    lowest: tuple[float, Table] | None = None
+    highest: tuple[float, Table] | None = None
     n = x.shape[1]
-    pairs = [(a, b, _by_cauchy(a, b, n)) for a, b in product(_by_moments(x), _by_moments(y))]
-    for a, b, outer in sorted(pairs, key=lambda pair: pair[2].low - pair[2].high):
+    pairs = []
+    for a, b in product(_by_moments(x), _by_moments(y)):
+        cauchy = _by_cauchy(a, b, n)
+        ends = sorted((form(cauchy.low), form(cauchy.high)))
+        # The larger |t| is that of the same order, which is the smaller t if the sums fall.
+        pairs.append((a, b, ends, form(b.total - a.total) >= 0))
+    for a, b, (least, most), rises in sorted(pairs, key=lambda pair: pair[2][0] - pair[2][1]):
         searched = len(a.rows) * len(b.rows) <= COMPARED
-        rises = b.total > a.total
-        if outer.high > high:
-            value, at = _t(a, b, same=rises) if searched else (outer.high, ())
-            if value > high:
-                high, at_high = value, at
-        if outer.low < low:
-            value, at = _t(a, b, same=not rises) if searched else (outer.low, ())
-            if value < low:
-                low, at_low = value, at
+        if highest is None or most > highest[0]:
+            value, at = _t(a, b, same=rises) if searched else (most, ())
+            if highest is None or form(value) > highest[0]:
+                highest = form(value), at
+        if lowest is None or least < lowest[0]:
+            value, at = _t(a, b, same=not rises) if searched else (least, ())
+            if lowest is None or form(value) < lowest[0]:
+                lowest = form(value), at
+    (low, at_low), (high, at_high) = lowest or (inf, ()), highest or (-inf, ())
     return Range(low, high, at_low, at_high)
 
 

@@ -20,6 +20,7 @@ import numpy as np
 from slipscale.analysis.reconstruction.inference.bounds import Range, Table, as_table
 from slipscale.analysis.reconstruction.inference.column_rows import ColumnRows
 from slipscale.analysis.reconstruction.inference.cross_products import choices
+from slipscale.analysis.reconstruction.inference.extreme_t import squared_t
 from slipscale.analysis.reconstruction.inference.pairing import searched
 
 if TYPE_CHECKING:
@@ -58,7 +59,12 @@ def least_f(moments: Sequence[Moments], n: int) -> float | None:
 
 
 def attained_f(columns: Sequence[Sampler]) -> Range | None:
-    """Return the range of F and, if a search finds them, tables with the smallest and largest F."""
+    """Return the range of F and, if a search finds them, tables with the smallest and largest F.
+
+    For two columns, F is the square of the paired t, whose extremes are attained.
+    """
+    if len(columns) == 2:  # noqa: PLR2004 - a pair
+        return squared_t(*(column.listed for column in columns))
     moments = [column.solutions.attained[0] for column in columns]
     case = _least(moments, columns[0].solutions.column.n)
     if case is None:
@@ -78,7 +84,9 @@ def greatest_f(columns: Sequence[ColumnRows]) -> tuple[float, Table]:
         return inf, ()
     error = found.error(found.most)
     between = (found.n - 1) * found.between
-    bound = np.divide(between, error, out=np.full(len(error), inf), where=error > 0)
+    # Equal sums give an F of 0, even if the error may be zero.
+    undivided = np.where(between > 0, inf, 0.0)
+    bound = np.divide(between, error, out=undivided, where=error > 0)
     place = int(bound.argmax())
     return float(bound[place]), _alike(columns, found.places[place], int(found.most[place]))
 
@@ -128,7 +136,7 @@ def _f_of(moments: Moments, n: int) -> float:
     between = k * sum(s * s for s in sums) - grand**2
     participants = n * ((n - rest) * low**2 + rest * (low + 1) ** 2) - grand**2
     error = n * k * squares - grand**2 - between - participants
-    return (n - 1) * between / error if error > 0 else inf
+    return (n - 1) * between / error if error > 0 else inf if between else 0.0
 
 
 def _table(columns: Sequence[Sampler], case: _Case) -> Table:

@@ -26,8 +26,8 @@ def repeated_measures_f(tables: Array) -> Array:
     participants = k * (x.mean(axis=2) ** 2).sum(axis=1)
     total = (x**2).sum(axis=(1, 2))
     error = total - between - participants
-    # An error that is zero except for rounding is set to zero.
-    error = np.where(error > 1e-12 * total, error, 0.0)
+    # What is zero except for rounding is set to zero: equal sums give an F of 0.
+    between, error = (np.where(part > 1e-12 * total, part, 0.0) for part in (between, error))
     return _ratio(between * (n - 1), error, _limit(between))
 
 

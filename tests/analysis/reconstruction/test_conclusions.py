@@ -19,7 +19,11 @@ from slipscale.analysis.reconstruction.inference.conclusions import (
     together,
 )
 from slipscale.analysis.reconstruction.inference.extreme_t import paired_t, t_of_moments
-from slipscale.analysis.reconstruction.inference.repeated_measures_f import greatest_f, least_f
+from slipscale.analysis.reconstruction.inference.repeated_measures_f import (
+    attained_f,
+    greatest_f,
+    least_f,
+)
 from slipscale.analysis.reproduction.allowed_datasets import columns
 from slipscale.analysis.statistics.repeated_measures import batched
 
@@ -59,6 +63,42 @@ def test_paired_t_is_bounded_sharply_over_every_pairing(small):
     found = paired_t(*small)
     assert found.low == pytest.approx(min(ts))
     assert found.high == pytest.approx(max(ts))
+
+
+@pytest.mark.parametrize(
+    "facts",
+    [
+        [("2.25", "1.7"), ("3.50", "1.3")],
+        [("2.25", "1.7"), ("2.50", "1.7")],
+        [("2.2", "1"), ("2.5", "2")],
+        [("2.25", "1.7"), ("2.25", "1.7")],
+        [("3.0", "0.0"), ("3.0", "0.0")],
+        [("3.0", "0.0"), ("4.0", "0.0")],
+    ],
+)
+def test_f_of_two_columns_is_the_square_of_t_over_every_pairing_and_has_its_tables(column, facts):
+    """0/0 is 0: without a difference between the sums, no pairing is significant."""
+    samplers = [Sampler(Solutions(column(4, *each, maximum=6))) for each in facts]
+    squares = []
+    for a, b in every_pairing(*(each.listed for each in samplers)):
+        steps = (b - a).astype(float)
+        spread = steps.std(ddof=1)
+        squares.append(
+            0.0 if not steps.sum() else np.inf if not spread else (steps.mean() * 2 / spread) ** 2
+        )
+    found = attained_f(samplers)
+    assert (found.low, found.high) == pytest.approx((min(squares), max(squares)))
+    assert found.sharp
+    tables = np.stack([np.transpose(at) for at in (found.at_low, found.at_high)]).astype(float)
+    assert batched.repeated_measures_f(tables) == pytest.approx([found.low, found.high])
+    (bound,) = [each for each in together(samplers) if each.name == "rm_f"]
+    assert bound.decided == ((min(squares) > 10.128) == (max(squares) > 10.128))  # F(1, 3) at .05
+
+
+def test_equal_sums_are_never_significant_in_three_columns(column):
+    samplers = [Sampler(Solutions(column(4, "2.25", "1.7", maximum=6))) for _ in range(3)]
+    (found,) = [each for each in together(samplers) if each.name == "rm_f"]
+    assert (found.low, found.high, found.p_low) == (0.0, 0.0, 1.0)
 
 
 def test_nearest_neighbours_find_what_trying_every_pair_finds(column, monkeypatch):
