@@ -31,6 +31,7 @@ LARGEST_LAPSE = 0.06
 NO_LESS_LIKELY = 1e-3
 #: A slope is undetermined if its upper confidence limit is more than this many times the lower one.
 WIDEST = 20.0
+_EXTREME = {"above": "highest", "below": "lowest"}
 
 
 def fit_threshold(
@@ -215,6 +216,20 @@ def _likeliest(answers: Answers, model: Model) -> likelihood.Fits | NotComputed:
         return NotComputed("answers do not improve as the level rises")
     if any(at[0] for at in found.at_bound(likelihood.THRESHOLD)):
         return NotComputed("the most likely threshold is far outside the levels presented")
+    lowest, highest = answers.levels[0], answers.levels[-1]
+    threshold = float(model.curve.level(found.theta[0][likelihood.THRESHOLD]))
+    if not lowest <= threshold <= highest:
+        side, end = ("above", highest) if threshold > highest else ("below", lowest)
+        return NotComputed(
+            f"the most likely threshold is {side} {end:g}, the {_EXTREME[side]} level presented"
+        )
+    # The guess rate of a forced choice is known, so its answers at chance place the threshold.
+    if model.guess != "fixed" and _jumps(model, counts_of(answers, model), found)[0]:
+        above = int(np.searchsorted(answers.levels, threshold))
+        return NotComputed(
+            f"the answers change between {answers.levels[above - 1]:g} and "
+            f"{answers.levels[above]:g}, where nothing was presented"
+        )
     return found
 
 

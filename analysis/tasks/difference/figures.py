@@ -147,7 +147,7 @@ def _against_size(
             label=f"{level} band of the curve",
             zorder=0,
         )
-        if fit.half_yes is not None and fit.half_yes_interval is not None:
+        if fit.half_yes and fit.half_yes_interval and not fit.half_yes_between:
             ends = fit.half_yes_interval
             axes.errorbar(
                 fit.half_yes,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable
 from math import isfinite
 from statistics import median
@@ -56,7 +57,10 @@ def psychometric(
     level = level_of(confidence)
     write = of_size(found.log_odds_per_unit)
     half = ""
-    if found.half_yes is not None and found.half_yes > 0:
+    if found.half_yes_between:
+        gap = _between(found.half_yes_between, written)
+        half = f"; half of the answers were “{quantity.yes}” {gap}"
+    elif found.half_yes is not None and found.half_yes > 0:
         own = of_size(found.half_yes)
         bounds = (
             "with an unbounded confidence interval"
@@ -73,20 +77,31 @@ def psychometric(
     )
 
 
+def _between(gap: tuple[float, float], written: Callable[[str], str]) -> str:
+    low, high = gap
+    return f"between {of_size(high)(low)} and {written(of_size(high)(high))}"
+
+
 def own_thresholds(found: DescendingDifference, quantity: Quantity) -> list[str]:
-    """Return a sentence on individual thresholds, if any were computed."""
+    """Return sentences on individual thresholds and on the reasons why there are none."""
     own = [one for one in found.thresholds.values() if one]
-    if not own:
-        return []
-    write = quantity.value
-    values = sorted(one.threshold_level.value for one in own)
-    text = (
-        f"Individual thresholds, available for {len(own)} of {len(found.thresholds)} participants, "
-        f"range from {number(values[0])} to {write(number(values[-1]))} with a median of "
-        f"{write(number(median(values)))} (logistic curves with individual false-alarm and lapse "
-        "rates; individuals.csv lists their intervals)."
-    )
-    return [text]
+    reasons = Counter(one.reason for one in found.thresholds.values() if not one)
+    texts = [
+        f"{times} of {len(found.thresholds)} participants have no individual threshold: {reason}."
+        for reason, times in reasons.items()
+        if own or not reason.startswith("too few")
+    ]
+    if own:
+        write = quantity.value
+        values = sorted(one.threshold_level.value for one in own)
+        texts.insert(
+            0,
+            f"Individual thresholds, available for {len(own)} of {len(found.thresholds)} "
+            f"participants, range from {number(values[0])} to {write(number(values[-1]))} with a "
+            f"median of {write(number(median(values)))} (logistic curves with individual "
+            "false-alarm and lapse rates; individuals.csv lists their intervals).",
+        )
+    return texts
 
 
 def finding(found: Finding, quantity: Quantity) -> str:

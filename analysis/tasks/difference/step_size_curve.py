@@ -24,6 +24,8 @@ from slipscale.stimuli.quantity import PLATE_AMPLITUDE, Quantity
 Measure = Literal["removed_level", "weber_fraction"]
 #: Intercept and slope of the curve.
 COEFFICIENTS = 2
+#: Log odds of 90 % "yes".
+NEARLY_ALL = float(np.log(9))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -49,6 +51,9 @@ class PsychometricCurve:
     half_yes_interval : ConfidenceInterval or None
         Interval for ``half_yes`` by Fieller's theorem. None if the slope is not significantly above
         0, because the interval is then unbounded.
+    half_yes_between : tuple of float or None
+        The two neighbouring step sizes between which the curve rises from below 10 % to above 90 %
+        "yes", so that 50 % lies where nothing was presented; None if no such gap exists.
     correlation : float
         Correlation between answers of the same participant.
     n, answers : int
@@ -66,6 +71,7 @@ class PsychometricCurve:
     covariance: tuple[tuple[float, float], tuple[float, float]]
     half_yes: float | None
     half_yes_interval: ConfidenceInterval | None
+    half_yes_between: tuple[float, float] | None
     correlation: float
     n: int
     answers: int
@@ -75,6 +81,7 @@ class PsychometricCurve:
         names = {"interval": "ci", "half_yes_interval": "half_yes_ci"}
         if self.measure == "removed_level":
             names |= {"log_odds_per_unit": "log_odds_per_level", "half_yes": "half_yes_level"}
+            names |= {"half_yes_between": "half_yes_between_levels"}
         return renamed(self, **names) | {"measure": OurName(self.measure)}
 
 
@@ -223,10 +230,20 @@ def _fit(
         half_yes_interval=fieller(
             (float(fit.params["Intercept"]), slope), ((a, b), (c, d)), quantile, confidence
         ),
+        half_yes_between=_gap(np.unique(frame["removed"]), float(fit.params["Intercept"]), slope),
         correlation=float(model.cov_struct.dep_params),
         n=n,
         answers=len(frame),
     )
+
+
+def _gap(sizes: NDArray[np.float64], intercept: float, slope: float) -> tuple[float, float] | None:
+    """Return the neighbouring sizes between which a curve rises from below 10 % to above 90 %."""
+    log_odds = intercept + slope * sizes
+    for place in range(len(sizes) - 1):
+        if log_odds[place] < -NEARLY_ALL and log_odds[place + 1] > NEARLY_ALL:
+            return float(sizes[place]), float(sizes[place + 1])
+    return None
 
 
 def fieller(

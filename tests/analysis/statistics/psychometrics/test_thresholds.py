@@ -325,12 +325,34 @@ def test_answers_without_a_threshold_get_the_reason(levels, correct, words):
     assert re.search(words, found.reason)
 
 
-def test_a_jump_between_two_levels_has_a_threshold_but_no_slope():
-    found = fit_threshold(
-        answers([0.1, 0.2, 0.4, 0.8], [0, 0, 20, 20]), method="comparison", curve="normal"
+@pytest.mark.parametrize("method", ["comparison", "yes_no"])
+@pytest.mark.parametrize("fit", [fit_threshold, fit_threshold_by_posterior])
+@pytest.mark.parametrize("correct", [(0, 0, 20, 20), (1, 0, 20, 19)])
+def test_a_jump_where_nothing_was_presented_has_no_threshold(method, fit, correct):
+    found = fit(answers([0.1, 0.2, 0.4, 0.8], correct), method=method, curve="normal")
+    assert found == NotComputed(
+        "the answers change between 0.2 and 0.4, where nothing was presented"
     )
-    assert 0.2 < found.threshold_level.value < 0.4
-    assert isinstance(found.slope, NotComputed)
+
+
+def test_a_rise_over_several_levels_has_a_threshold():
+    found = fit_threshold(
+        answers([0.1, 0.2, 0.4, 0.8], [1, 4, 16, 19]), method="comparison", curve="normal"
+    )
+    assert found.threshold_level.value == pytest.approx(0.3, abs=0.03)
+
+
+@pytest.mark.parametrize(
+    "correct,words",
+    [
+        ([10, 11, 10, 12], "above 0.4, the highest level presented"),
+        ([17, 18, 19, 20], "below 0.1, the lowest level presented"),
+    ],
+)
+@pytest.mark.parametrize("fit", [fit_threshold, fit_threshold_by_posterior])
+def test_a_threshold_outside_the_levels_is_only_said_to_be_there(correct, words, fit):
+    found = fit(answers([0.1, 0.2, 0.3, 0.4], correct))
+    assert found == NotComputed(f"the most likely threshold is {words}")
 
 
 def test_an_end_that_the_data_do_not_set_is_infinite_or_zero():

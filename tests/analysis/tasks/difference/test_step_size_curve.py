@@ -221,3 +221,20 @@ def test_separated_answers_are_drawn_without_a_curve_and_one_size_without_an_axi
     assert rings(figure)
     alike = separate[np.isclose(separate["level"], 2.3 - 0.7)]
     assert len(drawn(alike).axes) == 1
+
+
+@pytest.mark.parametrize("unsure,between", [(1, (0.0, 0.5)), (6, None)])
+def test_half_of_the_answers_are_not_placed_where_nothing_was_presented(unsure, between):
+    """Of 6 people with 12 steps per size, `unsure` answers at 0 are yes, and as many at 0.5 no."""
+    rows = [
+        (f"p{who}", size, int((size > 0) != (size < 1 and place == 0 and who < unsure)))
+        for who in range(6)
+        for size in (0.0, 0.5, 1.2)
+        for place in range(12 if unsure == 1 else 5)
+    ]
+    steps = pd.DataFrame(rows, columns=["participant_id", "size", "difference_felt"])
+    steps = steps.assign(level_before=2.3, level=2.3 - steps["size"])
+    found = psychometric(steps)
+    assert found.half_yes_between == (pytest.approx(between) if between else None)
+    text = apa_difference.psychometric(found, 0.95, PLATE_AMPLITUDE)
+    assert ("half of the answers were “yes” between 0.00 and 0.50 µm" in text) is bool(between)

@@ -86,7 +86,7 @@ def test_a_participant_has_a_threshold_from_the_fewest_answers_that_are_stated(m
             "participant_id": "01",
             "level_before": 2.3,
             "level": 2.3 - sizes,
-            "difference_felt": (sizes > 0.4).astype(float),
+            "difference_felt": (sizes > np.repeat([0.3, 0.6, 1.2, 0.6, 1.5], 4)[:count]) * 1.0,
         }
     )
     found = own_thresholds(steps, 0.95)["01"]
