@@ -85,7 +85,9 @@ def _between(gap: tuple[float, float], written: Callable[[str], str]) -> str:
 def own_thresholds(found: DescendingDifference, quantity: Quantity) -> list[str]:
     """Return sentences on individual thresholds and on the reasons why there are none."""
     own = [one for one in found.thresholds.values() if one]
-    reasons = Counter(one.reason for one in found.thresholds.values() if not one)
+    reasons = Counter(
+        one.reason for one in found.thresholds.values() if isinstance(one, NotComputed)
+    )
     texts = [
         f"{times} of {len(found.thresholds)} participants have no individual threshold: {reason}."
         for reason, times in reasons.items()
