@@ -131,6 +131,7 @@ def analyse(
             *data_warnings.too_few_data(cells, data.quantity),
             *data_warnings.scales(cells, rule),
             *data_warnings.unequal(prepared),
+            *data_warnings.without_a_condition(prepared),
         ),
     )
     return guard.evaluated(analysis, faults)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
+from slipscale.analysis.preprocessing.normalisation import cell_means
 from slipscale.analysis.preprocessing.sufficiency import FEWEST
 from slipscale.analysis.reading.cells import listed
 from slipscale.experiments.dataset.schema import PARTICIPANT
@@ -154,6 +155,19 @@ def scales(cells: pd.DataFrame, rule: str) -> list[str]:
         "modulus_equalisation."
     )
     return [sentence]
+
+
+def without_a_condition(prepared: Prepared | None) -> list[str]:
+    """Report the means that are missing because a participant lacks a condition."""
+    if prepared is None:
+        return []
+    lost = cell_means(prepared.trials).notna() & prepared.cells.isna()
+    return [
+        f"Means over conditions at {prepared.quantity.value(f'{level:g}')} are without "
+        f"{listed(map(str, lost.index[lost[level]]))}, who did not judge it in every condition; "
+        "a mean of the other conditions would not be comparable."
+        for level in lost.columns[lost.any()]
+    ]
 
 
 def unequal(prepared: Prepared | None) -> list[str]:

@@ -13,7 +13,11 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
-from slipscale.analysis.preprocessing.normalisation import cell_means, complete, items
+from slipscale.analysis.preprocessing.normalisation import (
+    complete,
+    items,
+    means_over_conditions,
+)
 from slipscale.experiments.dataset.schema import PARTICIPANT
 from slipscale.experiments.study.analysis_choices import AnalysisChoices
 from slipscale.stimuli.quantity import PLATE_AMPLITUDE, Quantity
@@ -178,8 +182,8 @@ def prepare(
     )
     return Prepared(
         trials=trials,
-        cells=cell_means(trials, "normalised"),
-        logs=cell_means(trials, "log"),
+        cells=means_over_conditions(trials, "normalised"),
+        logs=means_over_conditions(trials, "log"),
         zeros=zeros,
         zero_sentence=positive.sentence,
         refused=positive.refused,

@@ -59,6 +59,34 @@ def cell_means(trials: pd.DataFrame, column: str | list[str] = "estimate") -> pd
     return pd.DataFrame(means.unstack("level"))  # noqa: PD010 - the index already exists
 
 
+def means_over_conditions(trials: pd.DataFrame, column: str) -> pd.DataFrame:
+    """Return each participant's mean of condition means at each amplitude.
+
+    Every condition has the same weight. If a participant lacks a condition in which others judged
+    the amplitude, the mean is missing, because it would be that of the other conditions only.
+    Factors whose levels nobody judged completely differ between participants, and then only a
+    participant's own conditions count.
+
+    Parameters
+    ----------
+    trials : DataFrame
+        Without factor columns, the result is that of `cell_means`.
+    """
+    names = [name for name in factor_columns(trials) if len(trials[name].unique()) > 1]
+    if not names:
+        return cell_means(trials, column)
+    conditions = trials[names].astype(str).agg("\n".join, axis=1).rename("condition")
+    cells = trials.groupby([PARTICIPANT, "level", conditions], observed=True, sort=True)
+    means = cells[column].mean().unstack("condition")  # noqa: PD010 - the index already exists
+    there = means.notna()
+    own = there.groupby(PARTICIPANT, observed=True).any()
+    wanted = there.groupby("level").transform("any")
+    if not own.all(axis=1).any():
+        wanted &= there.groupby(PARTICIPANT, observed=True).transform("any")
+    found = means.mean(axis=1).mask((wanted & ~there).any(axis=1))
+    return pd.DataFrame(found.unstack("level"))  # noqa: PD010 - as above
+
+
 def items(trials: pd.DataFrame) -> pd.Series[int]:
     """Return the number of each trial's item: its combination of amplitude and condition.
 

@@ -618,8 +618,22 @@ prepared <- function(settings) {
   if (settings[["zero_rule"]] == "half_minimum") values[values <= 0] <- min(values[values > 0]) / 2
   trials$log <- ifelse(values > 0, log(pmax(values, 1e-300)), NA)
   mean_of <- function(v) if (all(is.na(v))) NA else mean(v, na.rm = TRUE)
-  cells <- tapply(trials$normalised, list(trials$who, trials$level), mean_of)
-  logs <- tapply(trials$log, list(trials$who, trials$level), mean_of)
+  # The mean of condition means, missing where a person lacks a condition that others have.
+  named <- grep("^factor: ", names(trials), value = TRUE)
+  named <- named[vapply(named, function(name) length(unique(trials[[name]])) > 1, NA)]
+  condition <- do.call(paste, c(list(rep("", nrow(trials))), trials[named], sep = "\n"))
+  over_conditions <- function(v) {
+    means <- tapply(v, list(trials$who, trials$level, condition), mean_of)
+    there <- !is.na(means)
+    wanted <- aperm(array(apply(there, c(2, 3), any), dim(there)[c(2, 3, 1)]), c(3, 1, 2))
+    own <- apply(there, c(1, 3), any)
+    if (!any(apply(own, 1, all))) wanted <- wanted & aperm(array(own, dim(there)[c(1, 3, 2)]), c(1, 3, 2))
+    found <- apply(means, c(1, 2), mean_of)
+    found[apply(wanted & !there, c(1, 2), any)] <- NA
+    found
+  }
+  cells <- over_conditions(trials$normalised)
+  logs <- over_conditions(trials$log)
   list(trials = trials, cells = cells, logs = logs)
 }
 

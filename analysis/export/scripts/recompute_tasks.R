@@ -697,7 +697,7 @@ factor_effects <- function(trials, levels, confidence) {
       tapply(own$log, list(factor(own$who, unique(trials$who)), factor(own$level, levels)), function(v) mean(v, na.rm = TRUE))
     })
     present <- sapply(labels, function(label) length(unique(trials$who[condition == label])))
-    means <- Map(function(v, n) c(n = n, setNames(exp(colMeans(v, na.rm = TRUE)), paste0("geometric_means.", levels))), logs, present)
+    means <- Map(function(v, n) c(n = n, setNames(exp(colMeans(v, na.rm = TRUE)), paste0("geometric_means.", levels)), setNames(colSums(!is.na(v)), paste0("ns.", levels))), logs, present)
     mixed <- mixed_changes(trials, condition, sub("^factor: ", "", column), labels, confidence)
     slopes_of <- lapply(logs, slopes, levels)
     changes <- lapply(seq_along(labels)[-1], function(i) c(

@@ -13,6 +13,7 @@ from slipscale.analysis.tasks.declared.two_way_texts import anova_sentence, anov
 from slipscale.analysis.tasks.effects.factors.statistics import (
     FACTORS,
     ConditionChange,
+    ConditionMeans,
     FactorEffects,
 )
 from slipscale.analysis.tasks.kind import Analysis, TaskAnalysis
@@ -104,12 +105,18 @@ def _means(found: FactorEffects, quantity: Quantity) -> Markup:
             [
                 factor_level(found.factor, each.condition),
                 str(each.n),
-                *(grouped(each.geometric_means[level]) for level in levels),
+                *(_mean(each, level) for level in levels),
             ]
             for each in found.conditions
         ],
-        "Geometric means by condition, averaged over other factors.",
+        "Geometric means by condition, averaged over other factors. A mean of fewer participants "
+        "than the condition has states its own n.",
     )
+
+
+def _mean(found: ConditionMeans, level: float) -> str:
+    own = found.ns[level]
+    return grouped(found.geometric_means[level]) + (f" (n = {own})" if own != found.n else "")
 
 
 def _changes(found: FactorEffects, level: str) -> Markup:

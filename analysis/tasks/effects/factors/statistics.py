@@ -95,11 +95,12 @@ class ConditionChange:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ConditionMeans:
-    """Geometric means of a condition, keyed by level."""
+    """Geometric means of a condition and their numbers of participants, keyed by level."""
 
     condition: str
     n: int
     geometric_means: Mapping[float, float]
+    ns: Mapping[float, int]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -171,6 +172,7 @@ def _of_factor(prepared: Prepared, column: str, confidence: float) -> FactorEffe
                 geometric_means=dict(
                     zip(prepared.logged, np.exp(table.mean()).tolist(), strict=True)
                 ),
+                ns=dict(zip(prepared.logged, table.notna().sum().tolist(), strict=True)),
             )
             for label, table in logs.items()
         ),

@@ -143,3 +143,33 @@ def test_the_factors_of_a_study_are_columns_of_its_data(tmp_path):
     assert found.factor == "hand"
     assert [each.condition for each in found.conditions] == ["left", "right"]
     assert found.anova.n == 3
+
+
+def test_every_mean_has_its_own_n_and_none_is_of_one_condition_only(table, tmp_path, page):
+    rows = pd.read_csv(table)
+    gone = (rows["who"] == "p3") & (rows["speed"] == "slow") & (rows["period"] == 4.0)
+    rows[~gone].to_csv(tmp_path / "rough.csv", index=False)
+    found = analyse(load(tmp_path / "rough.csv", parse_mapping({"columns": COLUMNS}, "here")))
+    (effects,) = found.inference[FACTORS]
+    ns = {each.condition: tuple(each.ns.values()) for each in effects.conditions}
+    assert ns == {"fast": (10, 10, 10, 10), "medium": (10,) * 4, "slow": (10, 10, 10, 9)}
+    assert re.search(r"<td>[\d.]+ \(n = 9\)</td>", page(found))
+    # The pooled means: plain arithmetic, with equal weight of every condition.
+    by_condition = rows[~gone].groupby(["who", "period", "speed"])["rough"].mean().unstack()
+    pooled = by_condition.mean(axis=1, skipna=False).groupby("period")
+    share = 100 / rows[~gone].groupby(["who", "period"])["rough"].mean().max()
+    assert list(found.table3["n"]) == [10, 10, 10, 9] == list(pooled.count())
+    ours = found.table3["mean"].to_numpy()
+    assert ours / ours[0] == pytest.approx(pooled.mean().to_numpy() / pooled.mean().iloc[0])
+    assert ours[0] == pytest.approx(share * pooled.mean().iloc[0], rel=0.02)
+    (said,) = [text for text in found.problems if "did not judge it in every condition" in text]
+    assert "at 4 are without p3," in said
+
+
+def test_conditions_that_nobody_has_all_of_leave_each_person_s_own(table, tmp_path):
+    rows = pd.read_csv(table)
+    fast = rows["who"].isin([f"p{n}" for n in range(5)])
+    own = rows[fast == (rows["speed"] == "fast")]
+    own.to_csv(tmp_path / "rough.csv", index=False)
+    found = analyse(load(tmp_path / "rough.csv", parse_mapping({"columns": COLUMNS}, "here")))
+    assert list(found.table3["n"]) == [10, 10, 10, 10]
