@@ -536,9 +536,20 @@ curve <- function(felt, removed, who, confidence) {
   middle <- b[1] * b[2] - quantile^2 * v[1, 2]
   root <- sqrt(max(middle^2 - square * (b[1]^2 - quantile^2 * v[1, 1]), 0))
   ends <- if (b[2] > 0 && square > 0) (-middle + c(-root, root)) / square else c(NA, NA)
+  odds <- b[1] + b[2] * sort(unique(removed))
+  gap <- which(odds[-length(odds)] < -log(9) & odds[-1] > log(9))
+  between <- if (length(gap)) setNames(sort(unique(removed))[gap[1] + 0:1], c("half_yes_between.0", "half_yes_between.1"))
+  # With few degrees of freedom, each participant's own curve.
+  own <- if (n <= 5) unlist(lapply(split(data.frame(felt, removed), who), function(d) {
+    yes <- d$removed[d$felt == 1]
+    no <- d$removed[d$felt == 0]
+    if (!length(yes) || !length(no) || max(min(yes) - max(no), min(no) - max(yes)) >= 0) return(NULL)
+    summary(glm(felt ~ removed, binomial, d))$coefficients[2, 3]
+  }))
+  if (length(own)) names(own) <- paste0("own_z.", names(own))
   c(log_odds_per_unit = b[2], se = se, ci.0 = b[2] - half, ci.1 = b[2] + half, t = t, df = n - 2,
     p = 2 * pt(-abs(t), n - 2), intercept = b[1], correlation = alpha, n = n, answers = length(felt),
-    half_yes = if (b[2] > 0) -b[1] / b[2] else NA, half_yes_ci.0 = ends[1], half_yes_ci.1 = ends[2])
+    half_yes = if (b[2] > 0) -b[1] / b[2] else NA, half_yes_ci.0 = ends[1], half_yes_ci.1 = ends[2], between, own)
 }
 
 # d' for each step size from a probit model with participant effects and profile likelihood.

@@ -69,11 +69,30 @@ def psychometric(
         )
         at = written(own(found.half_yes))
         half = f"; half of the answers were “{quantity.yes}” at {at}, {bounds}"
+    what = f"The probability of “{quantity.yes}”"
+    lead = f"{what} {verb} on {size}: "
+    if found.own_z and not reliable(found.p, confidence):
+        lead = _of_few(found, confidence, what, size)
     return (
-        f"The probability of “{quantity.yes}” {verb} on {size}: the log odds changed by "
+        f"{lead}the log odds changed by "
         f"{write(found.log_odds_per_unit)} {per}, {level} CI "
         f"{bracketed(found.interval, write)}, t({found.df}) = {number(found.t)}, "
         f"{p_value(found.p)}{half} ({found.answers} answers from {found.n} participants)."
+    )
+
+
+def _of_few(found: PsychometricCurve, confidence: float, what: str, size: str) -> str:
+    """Return each participant's result, because so few people do not represent a population."""
+    from scipy import special
+
+    least = float(special.ndtri((1 + confidence) / 2))
+    zs = sorted(found.own_z.values())
+    rose, fell = sum(z > least for z in zs), sum(z < -least for z in zs)
+    fallen = f" and fell in {fell}" if fell else ""
+    return (
+        f"{what} rose reliably with {size} in {rose}{fallen} of {found.n} participants (z of "
+        f"their own logistic curves: {number(zs[0])} to {number(zs[-1])}). Whether it does so in a "
+        "population cannot be tested with so few participants. In the curve of all participants, "
     )
 
 

@@ -24,6 +24,9 @@ from slipscale.stimuli.quantity import PLATE_AMPLITUDE, Quantity
 Measure = Literal["removed_level", "weber_fraction"]
 #: Intercept and slope of the curve.
 COEFFICIENTS = 2
+#: With so few degrees of freedom, a test of the population has hardly any power, and each
+#: participant's own curve is reported.
+FEW_DF = 3
 #: Log odds of 90 % "yes".
 NEARLY_ALL = float(np.log(9))
 
@@ -58,6 +61,9 @@ class PsychometricCurve:
         Correlation between answers of the same participant.
     n, answers : int
         Counts of participants and of answered steps.
+    own_z : Mapping
+        z of the slope of each participant's own logistic curve, if ``df`` is `FEW_DF` or less;
+        without participants whose answers have no finite slope.
     """
 
     measure: Measure
@@ -75,13 +81,13 @@ class PsychometricCurve:
     correlation: float
     n: int
     answers: int
+    own_z: Mapping[str, float]
 
     def json_form(self) -> Mapping[str, object]:
         """Return a dictionary with the keys used in the JSON output."""
         names = {"interval": "ci", "half_yes_interval": "half_yes_ci"}
         if self.measure == "removed_level":
             names |= {"log_odds_per_unit": "log_odds_per_level", "half_yes": "half_yes_level"}
-            names |= {"half_yes_between": "half_yes_between_levels"}
         return renamed(self, **names) | {"measure": OurName(self.measure)}
 
 
@@ -234,7 +240,21 @@ def _fit(
         correlation=float(model.cov_struct.dep_params),
         n=n,
         answers=len(frame),
+        own_z=_own_z(frame) if df <= FEW_DF else {},
     )
+
+
+def _own_z(frame: pd.DataFrame) -> dict[str, float]:
+    """Return z of the slope of each participant's logistic curve, if the slope is finite."""
+    import statsmodels.api as sm
+
+    found = {}
+    for who, own in frame.groupby("who"):
+        removed, felt = own["removed"].to_numpy(float), own["felt"].to_numpy(float)
+        if not separated(removed, felt):
+            model = sm.GLM(felt, sm.add_constant(removed), family=sm.families.Binomial())
+            found[str(who)] = float(model.fit().tvalues[1])
+    return found
 
 
 def _gap(sizes: NDArray[np.float64], intercept: float, slope: float) -> tuple[float, float] | None:

@@ -238,3 +238,38 @@ def test_half_of_the_answers_are_not_placed_where_nothing_was_presented(unsure, 
     assert found.half_yes_between == (pytest.approx(between) if between else None)
     text = apa_difference.psychometric(found, 0.95, PLATE_AMPLITUDE)
     assert ("half of the answers were “yes” between 0.00 and 0.50 µm" in text) is bool(between)
+
+
+def test_few_observers_are_reported_one_by_one_and_no_population_is_denied():
+    """Hecht, Shlaer and Pirenne (1942): each goes from almost no to nearly all; p is .209."""
+    counts = {
+        "SH": ((46.9, 73.1, 113.8, 177.4, 276.1, 421.7), (0, 3, 12, 26, 35, 35), 35),
+        "SS": ((24.1, 37.6, 58.6, 91.0, 141.9, 221.3), (0, 2, 8, 22, 36, 40), 40),
+        "MHP": ((37.6, 58.6, 91.0, 141.9, 221.3, 342.8), (3, 6, 11, 25, 32, 34), 35),
+    }
+    rows = [
+        (who, level, float(place < yes))
+        for who, (levels, yeses, n) in counts.items()
+        for level, yes in zip(levels, yeses, strict=True)
+        for place in range(n)
+    ]
+    steps = pd.DataFrame(rows, columns=["participant_id", "level_before", "difference_felt"])
+    found = psychometric(steps.assign(level=0.0))
+    assert found.p > 0.05
+    for who, (levels, yeses, n) in counts.items():
+        rate = np.array(yeses) / n
+        design = np.stack([np.ones(6), levels], axis=1)
+
+        def minus_log(b, design=design, rate=rate, n=n):
+            odds = design @ b
+            return -n * (rate * odds - np.logaddexp(0, odds)).sum()
+
+        best = optimize.minimize(minus_log, [-3.0, 0.03], method="Nelder-Mead", tol=1e-12).x
+        p = special.expit(design @ best)
+        information = design.T @ (design * (n * p * (1 - p))[:, None])
+        z = best[1] / np.sqrt(np.linalg.inv(information)[1, 1])
+        assert found.own_z[who] == pytest.approx(z, rel=1e-3)
+    text = apa_difference.psychometric(found, 0.95, PLATE_AMPLITUDE)
+    assert "in 3 of 3 participants" in text
+    assert "cannot be tested with so few participants" in text
+    assert "did not depend" not in text
