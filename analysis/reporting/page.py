@@ -83,7 +83,7 @@ def sections(
     analysis: Analysis, svgs: Mapping[str, str], software: Mapping[str, str]
 ) -> list[html.ReportSection]:
     """Return the page's sections in reading order, omitting empty sections."""
-    of_kinds = [section(analysis, svgs) for kind in analysis.kinds for section in kind.sections]
+    of_kinds = [each for kind in analysis.kinds for each in kind.sections(analysis, svgs)]
     stated = [*answers(analysis), *(section.gist for section in of_kinds)]
     found = [
         summary(analysis, svgs),

@@ -152,13 +152,21 @@ def exponent_and_weber(found: ExponentAndWeber) -> Figure:
     return figure
 
 
-ANALYSIS = TaskAnalysis(
-    name="exponent_and_weber",
-    statistics=(EXPONENT_AND_WEBER,),
-    sentences=lambda analysis: {"Exponent and Weber fraction": _sentences(analysis)},
-    sections=(section_of,),
-    figures=lambda analysis: {
-        f"exponent_and_weber_{one.task}": exponent_and_weber(one)
-        for one in analysis.inference.found(EXPONENT_AND_WEBER) or ()
-    },
-)
+class _ExponentAndWeber(TaskAnalysis):
+    name = "exponent_and_weber"
+    statistics = (EXPONENT_AND_WEBER,)
+
+    def sentences(self, analysis: Analysis) -> Mapping[str, list[str]]:
+        return {"Exponent and Weber fraction": _sentences(analysis)}
+
+    def sections(self, analysis: Analysis, svgs: Mapping[str, str]) -> list[ReportSection]:
+        return [section_of(analysis, svgs)]
+
+    def figures(self, analysis: Analysis) -> Mapping[str, Figure]:
+        return {
+            f"exponent_and_weber_{one.task}": exponent_and_weber(one)
+            for one in analysis.inference.found(EXPONENT_AND_WEBER) or ()
+        }
+
+
+ANALYSIS = _ExponentAndWeber()

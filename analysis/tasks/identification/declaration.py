@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from slipscale.analysis.statistics.not_computed import fold
-from slipscale.analysis.tasks.declared.one_statistic import of_one_statistic
+from slipscale.analysis.tasks.declared.one_statistic import OneStatistic
 from slipscale.analysis.tasks.identification.statistics import (
     IDENTIFICATION,
     TRIALS,
@@ -21,9 +21,11 @@ from slipscale.analysis.writing.task_names import task_name
 from slipscale.figure_style import canvas, styled
 
 if TYPE_CHECKING:
+    import pandas as pd
     from markupsafe import Markup
     from matplotlib.figure import Figure
 
+    from slipscale.analysis.json_form import JsonObject
     from slipscale.stimuli.quantity import Quantity
 
 
@@ -48,42 +50,6 @@ def _answer(task: TaskIdentification, confidence: float, quantity: Quantity) -> 
         f"{number(2**task.corrected_bits, 1)} {quantity.stimuli} were identified without "
         f"error.{share}"
     )
-
-
-def _doubts(task: TaskIdentification, _confidence: float, _quantity: Quantity) -> list[str]:
-    if task.trials_per_cell >= TRIALS_PER_CELL:
-        return []
-    text = (
-        f"{_named(task)}: each participant has {task.trials_per_cell:.1f} trials per "
-        f"cell of the table; with fewer than {TRIALS_PER_CELL}, individual information is "
-        "overestimated despite the correction."
-    )
-    return [text]
-
-
-def _blocks(
-    task: TaskIdentification, svgs: Mapping[str, str], level: float, quantity: Quantity
-) -> list[Markup]:
-    own = fold(
-        task.mean_information_bits,
-        lambda mean: f"{number(mean.mean)} bits, {level:g} % CI {bracketed(mean.interval, number)}",
-        lambda reason: f"not computed ({reason})",
-    )
-    return [
-        *html.figure_if_drawn(
-            svgs,
-            f"identification_{task.task}",
-            "Proportion of answers for each presented surface; correct answers are on the "
-            "diagonal.",
-            "Table of presented surfaces against named surfaces: " + ", ".join(task.items),
-        ),
-        html.table(
-            html.columns("Presented", *task.items, left=1),
-            [[item, *map(str, row)] for item, row in zip(task.items, task.table, strict=True)],
-            f"Counts of answers: presented {quantity.stimuli} (rows) and named {quantity.stimuli} "
-            f"(columns). Mean information per participant: {own}.",
-        ),
-    ]
 
 
 #: Proportions above this value are written in white.
@@ -116,21 +82,71 @@ def named(task: TaskIdentification) -> Figure:
     return figure
 
 
-ANALYSIS = of_one_statistic(
-    "identification",
-    TRIALS,
-    IDENTIFICATION,
-    question="How many {q.stimuli} can be identified?",
-    what="identification",
-    title="Identification",
-    named=lambda task, _q: _named(task),
-    answers=lambda task, level, q: [_answer(task, level, q)],
-    doubts=_doubts,
-    blocks=_blocks,
-    figures=lambda task, _trials, _q: {f"identification_{task.task}": named(task)},
-    rows=lambda task: [
-        {"task": task.task, "presented": item, "named": other, "answers": count}
-        for item, row in zip(task.items, task.table, strict=True)
-        for other, count in zip(task.items, row, strict=True)
-    ],
-)
+class _Identification(OneStatistic[TaskIdentification]):
+    name = "identification"
+    trials = TRIALS
+    statistics = (IDENTIFICATION,)
+    question = "How many {q.stimuli} can be identified?"
+    what = "identification"
+    title = "Identification"
+
+    def task_name(self, task: TaskIdentification, _quantity: Quantity) -> str:
+        return _named(task)
+
+    def task_answers(
+        self, task: TaskIdentification, confidence: float, quantity: Quantity
+    ) -> list[str]:
+        return [_answer(task, confidence, quantity)]
+
+    def task_doubts(
+        self, task: TaskIdentification, _confidence: float, _quantity: Quantity
+    ) -> list[str]:
+        if task.trials_per_cell >= TRIALS_PER_CELL:
+            return []
+        text = (
+            f"{_named(task)}: each participant has {task.trials_per_cell:.1f} trials per "
+            f"cell of the table; with fewer than {TRIALS_PER_CELL}, individual information is "
+            "overestimated despite the correction."
+        )
+        return [text]
+
+    def task_blocks(
+        self, task: TaskIdentification, svgs: Mapping[str, str], level: float, quantity: Quantity
+    ) -> list[Markup]:
+        own = fold(
+            task.mean_information_bits,
+            lambda mean: (
+                f"{number(mean.mean)} bits, {level:g} % CI {bracketed(mean.interval, number)}"
+            ),
+            lambda reason: f"not computed ({reason})",
+        )
+        return [
+            *html.figure_if_drawn(
+                svgs,
+                f"identification_{task.task}",
+                "Proportion of answers for each presented surface; correct answers are on the "
+                "diagonal.",
+                "Table of presented surfaces against named surfaces: " + ", ".join(task.items),
+            ),
+            html.table(
+                html.columns("Presented", *task.items, left=1),
+                [[item, *map(str, row)] for item, row in zip(task.items, task.table, strict=True)],
+                f"Counts of answers: presented {quantity.stimuli} (rows) and named "
+                f"{quantity.stimuli} (columns). Mean information per participant: {own}.",
+            ),
+        ]
+
+    def task_figures(
+        self, task: TaskIdentification, _trials: pd.DataFrame, _quantity: Quantity
+    ) -> Mapping[str, Figure]:
+        return {f"identification_{task.task}": named(task)}
+
+    def task_rows(self, task: TaskIdentification) -> list[JsonObject]:
+        return [
+            {"task": task.task, "presented": item, "named": other, "answers": count}
+            for item, row in zip(task.items, task.table, strict=True)
+            for other, count in zip(task.items, row, strict=True)
+        ]
+
+
+ANALYSIS = _Identification()

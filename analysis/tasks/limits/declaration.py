@@ -5,12 +5,14 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
+import pandas as pd
 from markupsafe import Markup
 from matplotlib.figure import Figure
 
+from slipscale.analysis.json_form import JsonObject
 from slipscale.analysis.statistics.not_computed import NotComputed, computed
 from slipscale.analysis.tasks.declared.flat_table import flat_rows
-from slipscale.analysis.tasks.declared.one_statistic import of_one_statistic
+from slipscale.analysis.tasks.declared.one_statistic import OneStatistic
 from slipscale.analysis.tasks.limits.statistics import LIMITS, TRIALS, TaskLimits
 from slipscale.analysis.writing import html
 from slipscale.analysis.writing.numbers import (
@@ -47,53 +49,6 @@ def _threshold(task: TaskLimits, confidence: float, quantity: Quantity) -> str:
     )
 
 
-def _remarks(task: TaskLimits, confidence: float, quantity: Quantity) -> list[str]:
-    remarks, error = [], task.constant_error_level
-    if not isinstance(error, NotComputed):
-        verb = "differed" if reliable(error.p, confidence) else "did not differ reliably"
-        remarks.append(
-            f"Thresholds of descending and ascending series {verb} (difference "
-            f"{quantity.value(number(error.mean, 3))}, t({error.df}) = {number(error.t)}, "
-            f"{p_value(error.p)})."
-        )
-    if task.without_transition:
-        remarks.append(
-            f"{task.without_transition} of {task.series} series had no transition and were "
-            "left out."
-        )
-    return remarks
-
-
-def _blocks(
-    task: TaskLimits, svgs: Mapping[str, str], level: float, quantity: Quantity
-) -> list[Markup]:
-    rows = [
-        [
-            each.participant,
-            number(each.ascending_level, 3),
-            number(each.descending_level, 3),
-            number(each.threshold_level, 3),
-            str(each.transitions),
-        ]
-        for each in task.people
-    ]
-    return [
-        *html.figure_if_drawn(
-            svgs,
-            f"limits_{task.task}",
-            "Individual participants' mean transitions (pale) in ascending and descending series; "
-            f"blue: means with a t-based {level:g} % interval.",
-            "Mean transitions of ascending and descending series",
-        ),
-        html.table(
-            html.columns(*HEADS, left=1),
-            rows,
-            f"Mean transitions in {quantity.unit}{quantity.behind}; the threshold is the mean of "
-            "both directions.",
-        ),
-    ]
-
-
 NAMES = ("Ascending", "Descending", "Both")
 
 
@@ -114,17 +69,72 @@ def transitions(task: TaskLimits, quantity: Quantity) -> Figure:
     return figure
 
 
-ANALYSIS = of_one_statistic(
-    "limits",
-    TRIALS,
-    LIMITS,
-    question="At which {q.level} does the answer change in series of {q.levels}?",
-    what="method-of-limits",
-    title="Method of limits",
-    named=lambda task, _q: _named(task),
-    answers=lambda task, level, q: [_threshold(task, level, q)],
-    remarks=_remarks,
-    blocks=_blocks,
-    figures=lambda task, _trials, q: {f"limits_{task.task}": transitions(task, q)},
-    rows=lambda task: flat_rows({"task": task.task}, task.people),
-)
+class _Limits(OneStatistic[TaskLimits]):
+    name = "limits"
+    trials = TRIALS
+    statistics = (LIMITS,)
+    question = "At which {q.level} does the answer change in series of {q.levels}?"
+    what = "method-of-limits"
+    title = "Method of limits"
+
+    def task_name(self, task: TaskLimits, _quantity: Quantity) -> str:
+        return _named(task)
+
+    def task_answers(self, task: TaskLimits, confidence: float, quantity: Quantity) -> list[str]:
+        return [_threshold(task, confidence, quantity)]
+
+    def task_remarks(self, task: TaskLimits, confidence: float, quantity: Quantity) -> list[str]:
+        remarks, error = [], task.constant_error_level
+        if not isinstance(error, NotComputed):
+            verb = "differed" if reliable(error.p, confidence) else "did not differ reliably"
+            remarks.append(
+                f"Thresholds of descending and ascending series {verb} (difference "
+                f"{quantity.value(number(error.mean, 3))}, t({error.df}) = {number(error.t)}, "
+                f"{p_value(error.p)})."
+            )
+        if task.without_transition:
+            remarks.append(
+                f"{task.without_transition} of {task.series} series had no transition and were "
+                "left out."
+            )
+        return remarks
+
+    def task_blocks(
+        self, task: TaskLimits, svgs: Mapping[str, str], level: float, quantity: Quantity
+    ) -> list[Markup]:
+        rows = [
+            [
+                each.participant,
+                number(each.ascending_level, 3),
+                number(each.descending_level, 3),
+                number(each.threshold_level, 3),
+                str(each.transitions),
+            ]
+            for each in task.people
+        ]
+        return [
+            *html.figure_if_drawn(
+                svgs,
+                f"limits_{task.task}",
+                "Individual participants' mean transitions (pale) in ascending and descending "
+                f"series; blue: means with a t-based {level:g} % interval.",
+                "Mean transitions of ascending and descending series",
+            ),
+            html.table(
+                html.columns(*HEADS, left=1),
+                rows,
+                f"Mean transitions in {quantity.unit}{quantity.behind}; the threshold is the mean "
+                "of both directions.",
+            ),
+        ]
+
+    def task_figures(
+        self, task: TaskLimits, _trials: pd.DataFrame, quantity: Quantity
+    ) -> Mapping[str, Figure]:
+        return {f"limits_{task.task}": transitions(task, quantity)}
+
+    def task_rows(self, task: TaskLimits) -> list[JsonObject]:
+        return flat_rows({"task": task.task}, task.people)
+
+
+ANALYSIS = _Limits()

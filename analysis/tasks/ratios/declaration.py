@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 
 import numpy as np
 import pandas as pd
 from markupsafe import Markup
 from matplotlib.figure import Figure
 
+from slipscale.analysis.json_form import JsonObject
+from slipscale.analysis.preprocessing.log_transform import Prepared
+from slipscale.analysis.reading.dataset import Dataset
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.statistics.regression import fit_lines
+from slipscale.analysis.statistics.statistic import SessionTable
 from slipscale.analysis.tasks.declared.flat_table import flat_rows
-from slipscale.analysis.tasks.declared.one_statistic import of_one_statistic
+from slipscale.analysis.tasks.declared.one_statistic import OneStatistic
 from slipscale.analysis.tasks.declared.session_tables import logarithms, mean_by_session
 from slipscale.analysis.tasks.ratios.statistics import RATIOS, TRIALS, TaskRatios, log_cells
 from slipscale.analysis.writing import html
@@ -40,45 +44,6 @@ def _answer(found: TaskRatios, confidence: float, quantity: Quantity) -> str:
         f"{number(law.exponent)}, {level_of(confidence)} CI {bracketed(law.interval)} (n = "
         f"{law.n}; {law.points} {quantity.levels} above {quantity.value(0)})."
     )
-
-
-def _ratios(found: TaskRatios, confidence: float, quantity: Quantity) -> str:
-    each = "; ".join(
-        f"{quantity.value(one.comparison_level)} {significant(one.ratio)} times"
-        + ("" if one.interval is None else f", {bracketed(one.interval, significant)}")
-        for one in found.surfaces
-    )
-    text = (
-        f"Judged ratios to the standard (geometric means, {level_of(confidence)} CI of "
-        f"participants' mean logarithms): {each}."
-    )
-    if found.catch_ratio is None:
-        return text
-    return (
-        f"{text} The standard itself was judged {significant(found.catch_ratio)} times as "
-        f"{quantity.adjective} ({counted(found.catch_trials, 'catch trial', 'catch trials')}; "
-        "correct: 1)."
-    )
-
-
-def _blocks(
-    task: TaskRatios, svgs: Mapping[str, str], level: float, quantity: Quantity
-) -> list[Markup]:
-    return [
-        *html.figure_if_drawn(
-            svgs,
-            f"ratios_{task.name}",
-            "Ratios to the standard, on logarithmic axes. Pale: individual participants' geometric "
-            f"means; blue: the group geometric mean with a t-based {level:g} % interval, and the "
-            "power function through them; black: the standard, 1 by definition.",
-            "Geometric mean ratios: "
-            + ", ".join(
-                f"{quantity.value(each.comparison_level)}: {each.ratio:.3g}"
-                for each in task.surfaces
-            ),
-        ),
-        _ratio_table(task, quantity),
-    ]
 
 
 def _ratio_table(task: TaskRatios, quantity: Quantity) -> Markup:
@@ -132,24 +97,72 @@ def ratios(found: TaskRatios, trials: pd.DataFrame, quantity: Quantity) -> Figur
     return figure
 
 
-ANALYSIS = of_one_statistic(
-    "ratios",
-    TRIALS,
-    RATIOS,
-    question="How {q.adjective} is each {q.stimulus} relative to a standard?",
-    what="ratio-judgement",
-    title="Ratio judgements",
-    named=_title,
-    answers=lambda task, level, q: [_answer(task, level, q)],
-    remarks=lambda task, level, q: [_ratios(task, level, q)],
-    blocks=_blocks,
-    figures=lambda task, trials, q: {
-        f"ratios_{task.name}": ratios(task, trials[trials["task"] == task.task], q)
-    },
-    rows=lambda task: flat_rows(
-        {"task": task.task, "standard_level": task.standard_level}, task.surfaces
-    ),
-    session_tables=mean_by_session(
-        TRIALS, "mean ratio", "natural logarithm", lambda rows: logarithms(rows["ratio"])
-    ),
-)
+class _Ratios(OneStatistic[TaskRatios]):
+    name = "ratios"
+    trials = TRIALS
+    statistics = (RATIOS,)
+    question = "How {q.adjective} is each {q.stimulus} relative to a standard?"
+    what = "ratio-judgement"
+    title = "Ratio judgements"
+
+    def task_name(self, task: TaskRatios, quantity: Quantity) -> str:
+        return _title(task, quantity)
+
+    def task_answers(self, task: TaskRatios, confidence: float, quantity: Quantity) -> list[str]:
+        return [_answer(task, confidence, quantity)]
+
+    def task_remarks(self, found: TaskRatios, confidence: float, quantity: Quantity) -> list[str]:
+        each = "; ".join(
+            f"{quantity.value(one.comparison_level)} {significant(one.ratio)} times"
+            + ("" if one.interval is None else f", {bracketed(one.interval, significant)}")
+            for one in found.surfaces
+        )
+        text = (
+            f"Judged ratios to the standard (geometric means, {level_of(confidence)} CI of "
+            f"participants' mean logarithms): {each}."
+        )
+        texts = [text]
+        if found.catch_ratio is not None:
+            texts.append(
+                f"The standard itself was judged {significant(found.catch_ratio)} times as "
+                f"{quantity.adjective} "
+                f"({counted(found.catch_trials, 'catch trial', 'catch trials')}; correct: 1)."
+            )
+        return texts
+
+    def task_blocks(
+        self, task: TaskRatios, svgs: Mapping[str, str], level: float, quantity: Quantity
+    ) -> list[Markup]:
+        return [
+            *html.figure_if_drawn(
+                svgs,
+                f"ratios_{task.name}",
+                "Ratios to the standard, on logarithmic axes. Pale: individual participants' "
+                f"geometric means; blue: the group geometric mean with a t-based {level:g} % "
+                "interval, and the power function through them; black: the standard, 1 by "
+                "definition.",
+                "Geometric mean ratios: "
+                + ", ".join(
+                    f"{quantity.value(each.comparison_level)}: {each.ratio:.3g}"
+                    for each in task.surfaces
+                ),
+            ),
+            _ratio_table(task, quantity),
+        ]
+
+    def task_figures(
+        self, task: TaskRatios, trials: pd.DataFrame, quantity: Quantity
+    ) -> Mapping[str, Figure]:
+        return {f"ratios_{task.name}": ratios(task, trials[trials["task"] == task.task], quantity)}
+
+    def task_rows(self, task: TaskRatios) -> list[JsonObject]:
+        of_task: JsonObject = {"task": task.task, "standard_level": task.standard_level}
+        return flat_rows(of_task, task.surfaces)
+
+    def session_tables(self, data: Dataset, _prepared: Prepared | None) -> Iterator[SessionTable]:
+        return mean_by_session(
+            data, TRIALS, "mean ratio", "natural logarithm", lambda rows: logarithms(rows["ratio"])
+        )
+
+
+ANALYSIS = _Ratios()

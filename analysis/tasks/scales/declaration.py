@@ -13,7 +13,7 @@ from slipscale.analysis.json_form import JsonObject
 from slipscale.analysis.reading.surface_labels import amplitude_of, with_unit
 from slipscale.analysis.statistics.confidence_interval import ConfidenceInterval
 from slipscale.analysis.statistics.not_computed import NotComputed, all_computed, computed, fold
-from slipscale.analysis.tasks.declared.one_statistic import of_one_statistic
+from slipscale.analysis.tasks.declared.one_statistic import OneStatistic
 from slipscale.analysis.tasks.scales.difference_scaling import DifferenceScale
 from slipscale.analysis.tasks.scales.paired_comparison_scale import ComparisonScale
 from slipscale.analysis.tasks.scales.statistics import SCALES, TRIALS, TaskScale
@@ -84,27 +84,6 @@ def _answer(found: TaskScale, quantity: Quantity) -> str:
     return f"{what}: from the least to the most {quantity.adjective}, scale values were {names}."
 
 
-def _blocks(
-    task: TaskScale, svgs: Mapping[str, str], level: float, quantity: Quantity
-) -> list[Markup]:
-    values = bool(task.consistency) or computed(task.differences) is not None
-    return [
-        *html.figure_if_drawn(
-            svgs,
-            f"scale_{task.task}",
-            f"Scale values with {level:g} % intervals"
-            + (
-                ", which account for correlated answers from the same participant."
-                if task.consistency
-                else " (bootstrap); the first and last surface are 0 and 1 by definition."
-            ),
-            f"Scale values of {', '.join(with_unit(each, quantity) for each in task.surfaces)}",
-        ),
-        _scale_table(task, quantity) if values else html.paragraph(_answer(task, quantity), "note"),
-        *([_consistency_table(task)] if task.consistency else []),
-    ]
-
-
 def _scale_table(task: TaskScale, quantity: Quantity) -> Markup:
     scales: dict[str, ComparisonScale | DifferenceScale | NotComputed] = {
         "Bradley-Terry": task.bradley_terry,
@@ -154,22 +133,6 @@ def _counts(found: Consistency) -> list[str]:
     return [f"{found.circular_triads:g}/{found.triads}", number(found.zeta), p_value(found.p)]
 
 
-def _rows(task: TaskScale) -> list[JsonObject]:
-    rows: list[JsonObject] = []
-    for name, chosen, compared in zip(task.surfaces, task.chosen, task.compared, strict=False):
-        share = {"value": chosen / compared if compared else None}
-        rows.append({"task": task.task, "model": "share chosen", "surface": name, **share})
-    for found in (task.bradley_terry, task.thurstone, task.differences):
-        if not found:
-            continue
-        model = "differences" if isinstance(found, DifferenceScale) else found.model
-        for name, value, interval in zip(task.surfaces, found.values, found.intervals, strict=True):
-            low, high = (None, None) if interval is None else interval
-            row: JsonObject = {"task": task.task, "model": model, "surface": name, "value": value}
-            rows.append(row | {"ci_low": low, "ci_high": high})
-    return rows
-
-
 @styled
 def scale(found: TaskScale, quantity: Quantity) -> Figure:
     """Plot a Bradley-Terry scale for pairs, or a difference scale for triads."""
@@ -207,21 +170,70 @@ def _points(
     axes.set_xlabel(quantity.headed(quantity.title) if amplitudes else "Surface")
 
 
-ANALYSIS = of_one_statistic(
-    "scales",
-    TRIALS,
-    SCALES,
-    question="Where do the {q.stimuli} lie on a single scale of {q.judged}?",
-    what="paired-comparison",
-    title="Paired comparison",
-    named=lambda task, _q: _title(task),
-    answers=lambda task, _level, q: [_answer(task, q)],
-    heading="Scales of {q.judged}",
-    blocks=_blocks,
-    figures=lambda task, _, q: (
-        {f"scale_{task.task}": scale(task, q)}
-        if any(map(computed, (task.bradley_terry, task.differences)))
-        else {}
-    ),
-    rows=_rows,
-)
+class _Scales(OneStatistic[TaskScale]):
+    name = "scales"
+    trials = TRIALS
+    statistics = (SCALES,)
+    question = "Where do the {q.stimuli} lie on a single scale of {q.judged}?"
+    what = "paired-comparison"
+    title = "Paired comparison"
+    heading = "Scales of {q.judged}"
+
+    def task_name(self, task: TaskScale, _quantity: Quantity) -> str:
+        return _title(task)
+
+    def task_answers(self, task: TaskScale, _confidence: float, quantity: Quantity) -> list[str]:
+        return [_answer(task, quantity)]
+
+    def task_blocks(
+        self, task: TaskScale, svgs: Mapping[str, str], level: float, quantity: Quantity
+    ) -> list[Markup]:
+        values = bool(task.consistency) or computed(task.differences) is not None
+        return [
+            *html.figure_if_drawn(
+                svgs,
+                f"scale_{task.task}",
+                f"Scale values with {level:g} % intervals"
+                + (
+                    ", which account for correlated answers from the same participant."
+                    if task.consistency
+                    else " (bootstrap); the first and last surface are 0 and 1 by definition."
+                ),
+                f"Scale values of {', '.join(with_unit(each, quantity) for each in task.surfaces)}",
+            ),
+            _scale_table(task, quantity)
+            if values
+            else html.paragraph(_answer(task, quantity), "note"),
+            *([_consistency_table(task)] if task.consistency else []),
+        ]
+
+    def task_figures(
+        self, task: TaskScale, _trials: object, quantity: Quantity
+    ) -> Mapping[str, Figure]:
+        drawn = any(map(computed, (task.bradley_terry, task.differences)))
+        return {f"scale_{task.task}": scale(task, quantity)} if drawn else {}
+
+    def task_rows(self, task: TaskScale) -> list[JsonObject]:
+        rows: list[JsonObject] = []
+        for name, chosen, compared in zip(task.surfaces, task.chosen, task.compared, strict=False):
+            share = {"value": chosen / compared if compared else None}
+            rows.append({"task": task.task, "model": "share chosen", "surface": name, **share})
+        for found in (task.bradley_terry, task.thurstone, task.differences):
+            if not found:
+                continue
+            model = "differences" if isinstance(found, DifferenceScale) else found.model
+            for name, value, interval in zip(
+                task.surfaces, found.values, found.intervals, strict=True
+            ):
+                low, high = (None, None) if interval is None else interval
+                row: JsonObject = {
+                    "task": task.task,
+                    "model": model,
+                    "surface": name,
+                    "value": value,
+                }
+                rows.append(row | {"ci_low": low, "ci_high": high})
+        return rows
+
+
+ANALYSIS = _Scales()

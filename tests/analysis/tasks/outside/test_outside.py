@@ -163,17 +163,22 @@ def fails(*_):
     raise LookupError("no such column")
 
 
+def wrong(**parts):
+    """Return a kind of task that consists of functions of an analysis, and of values."""
+    methods = {name: staticmethod(each) if callable(each) else each for name, each in parts.items()}
+    return type("Wrong", (TaskAnalysis,), {"name": "wrong", **methods})()
+
+
 @pytest.mark.parametrize("part", [*guard.PARTS, "sections"])
 def test_every_part_that_fails_is_one_sentence_and_the_report_is_written(
     installed, only_own, tmp_path, part
 ):
     installed(
-        wrong=TaskAnalysis(name="wrong", **{part: (fails,) if part == "sections" else fails}),
+        wrong=wrong(**{part: fails}),
         spread=own_analysis("spread", title="Spread", run=spread),
     )
     report = write_analysis(analyse(only_own), tmp_path).read_text(encoding="utf-8")
-    name = part.removesuffix("s") if part == "sections" else part
-    said = f"analysis &#39;wrong&#39; of the package ourlab: its {name} raised LookupError: no such"
+    said = f"analysis &#39;wrong&#39; of the package ourlab: its {part} raised LookupError: no such"
     assert report.count(said) == 1
     assert "There are 0 estimates" in report
 
@@ -199,15 +204,14 @@ def test_every_part_that_fails_is_one_sentence_and_the_report_is_written(
     ],
 )
 def test_a_part_of_another_type_or_name_is_left_out_and_told(installed, only_own, parts, said):
-    installed(wrong=TaskAnalysis(name="wrong", **parts))
+    installed(wrong=wrong(**parts))
     problems = analyse(only_own).problems
     assert f"analysis 'wrong' of the package ourlab: {said}" in " ".join(problems)
 
 
 def of_key(key, **others):
-    return TaskAnalysis(
-        name="wrong",
-        statistics=(Statistic(key=key, meaning="m", compute=lambda _: {"p": 0.5}, **others),),
+    return wrong(
+        statistics=(Statistic(key=key, meaning="m", compute=lambda _: {"p": 0.5}, **others),)
     )
 
 
@@ -226,7 +230,7 @@ def test_a_family_of_tests_that_cannot_be_read_takes_its_result_with_it(installe
 
 def test_measures_of_sessions_that_fail_are_none(installed):
     faults = []
-    installed(wrong=TaskAnalysis(name="wrong", session_tables=fails))
+    installed(wrong=wrong(session_tables=fails))
     (kind,) = guard.installed_kinds(faults)
     assert kind.session_tables(None, None) == []
     assert "its session_tables raised LookupError" in faults[0]
@@ -332,7 +336,7 @@ def grips(read):
     count = Statistic(
         key="own_grip", meaning="grips", compute=lambda inputs: {"n": len(inputs.data.of(trials))}
     )
-    return TaskAnalysis(name="grip", trials=trials, statistics=(count,))
+    return wrong(name="grip", trials=trials, statistics=(count,))
 
 
 def read_grips(entries, folder, problems, counts):
