@@ -19,7 +19,7 @@ FOLDERS = ("src", "analysis", "experiments", "faults", "figure_style", "hardware
 CODE = dict(re.findall(r"^```python file=(\S+)\n(.*?)^```", PAGE, re.MULTILINE | re.DOTALL))
 # Where the lines of a recipe go in a file that exists already.
 BEFORE = {
-    "analysis/tasks/estimation/declaration.py": "    return drawn\n",
+    "analysis/tasks/estimation/declaration.py": "        return drawn\n",
     "experiments/study/tables.py": "    per_person: Amount",
     "analysis/tasks/estimation/figures.py": "",
 }

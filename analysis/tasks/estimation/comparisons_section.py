@@ -178,7 +178,6 @@ def _parts(inference: Inference) -> dict[str, object]:
     titled = [statistic for statistic in table if statistic.title]
     parts: dict[str, object] = {each.title: inference[each] for each in titled}
     for statistic in titled:
-        found = inference.found(statistic)
-        if found is not None and statistic.parts is not None:
+        if (found := inference.found(statistic)) is not None:
             parts |= statistic.parts(found)
     return parts

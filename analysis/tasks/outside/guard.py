@@ -112,22 +112,6 @@ class _Guard:
         kind = self.call("", lambda: _declared(self.point.name, self.point.load()), lambda _: None)
         return kind and _GuardedKind(self, kind, {})
 
-    def statistic(self, statistic: Statistic[object]) -> Statistic[object]:
-        def computed(inputs: Inputs) -> object:
-            # The package receives copies, so that it cannot change the data of other analyses.
-            data = inputs.data.with_tables(lambda rows: rows.copy())
-            found = statistic.compute(replace(inputs, data=data))
-            if not isinstance(found, NotComputed):
-                json_form.form(found)
-                for family in statistic.families:
-                    _ = [float(p) for p in family.read(found)]
-            return found
-
-        return replace(
-            statistic,
-            compute=lambda inputs: self.call("", lambda: computed(inputs), NotComputed),
-        )
-
     def trials(self, trials: TaskTrials) -> TaskTrials:
         def read(
             entries: Entries, folder: Path, problems: Problems, counts: dict[str, int]
@@ -152,6 +136,47 @@ class _Guard:
         )
 
 
+class _GuardedStatistic(Statistic[object]):
+    """Another package's statistic, with error handling."""
+
+    def __init__(self, guard: _Guard, kind: str, statistic: Statistic[object]) -> None:
+        self._guard, self._kind, self._statistic = guard, kind, statistic
+        for name in (
+            "key",
+            "meaning",
+            "test",
+            "title",
+            "families",
+            "sentences",
+            "methods",
+            "conclusions",
+            "headlines",
+            "parts",
+        ):
+            setattr(self, name, getattr(statistic, name))
+
+    def __reduce__(self) -> tuple[Callable[[str, str], object], tuple[str, str]]:
+        """Pickle the names of the entry point and of the statistic."""
+        return _statistic_named, (self._kind, self.key)
+
+    def compute(self, inputs: Inputs) -> object:
+        def computed() -> object:
+            # The package receives copies, so that it cannot change the data of other analyses.
+            data = inputs.data.with_tables(lambda rows: rows.copy())
+            found = self._statistic.compute(replace(inputs, data=data))
+            if not isinstance(found, NotComputed):
+                json_form.form(found)
+                for family in self.families:
+                    _ = [float(p) for p in family.read(found)]
+            return found
+
+        return self._guard.call("", computed, NotComputed)
+
+
+def _statistic_named(kind: str, key: str) -> Statistic[object]:
+    return next(each for each in _kind_named(kind).statistics if each.key == key)
+
+
 class _GuardedKind(TaskAnalysis):
     """Another package's kind of task, with error handling.
 
@@ -164,7 +189,9 @@ class _GuardedKind(TaskAnalysis):
     def __init__(self, guard: _Guard, kind: TaskAnalysis, made: Mapping[str, object]) -> None:
         self.name, self.package, self.version = kind.name, package_of(guard.point), guard.version
         self.trials = kind.trials and guard.trials(kind.trials)
-        self.statistics = tuple(map(guard.statistic, kind.statistics))
+        self.statistics = tuple(
+            _GuardedStatistic(guard, kind.name, each) for each in kind.statistics
+        )
         self._guard, self._kind = guard, kind
         for part, check in PARTS.items():
             setattr(self, part, partial(self._part, part, check, made))

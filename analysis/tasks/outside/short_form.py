@@ -138,24 +138,31 @@ def own_analysis(
     return _Short(name, title, run)
 
 
+class _ShortStatistic(Statistic[OwnResult]):
+    def __init__(
+        self, key: str, meaning: str, run: Callable[[OwnInput], OwnResult | NotComputed]
+    ) -> None:
+        self.key, self.meaning, self._run = key, meaning, run
+
+    def compute(self, inputs: Inputs) -> OwnResult | NotComputed:
+        found = self._run(OwnInput(dataset=inputs.data, study=study_of(inputs.data)))
+        if not isinstance(found, OwnResult | NotComputed):
+            raise UserError(
+                f"returned {type(found).__name__}, expected an OwnResult or NotComputed"
+            )
+        return found
+
+
 class _Short(TaskAnalysis):
     """A kind of task that shows an `OwnResult`."""
 
     def __init__(
         self, name: str, title: str, run: Callable[[OwnInput], OwnResult | NotComputed]
     ) -> None:
-        self.name, self.title, self.run = name, title, run
+        self.name, self.title = name, title
         self.key = f"own_{name}"
-        self.statistic = Statistic(key=self.key, meaning=title, compute=self.compute)
+        self.statistic = _ShortStatistic(self.key, title, run)
         self.statistics = (self.statistic,)
-
-    def compute(self, inputs: Inputs) -> OwnResult | NotComputed:
-        found = self.run(OwnInput(dataset=inputs.data, study=study_of(inputs.data)))
-        if not isinstance(found, OwnResult | NotComputed):
-            raise UserError(
-                f"returned {type(found).__name__}, expected an OwnResult or NotComputed"
-            )
-        return found
 
     def answers(self, analysis: Analysis) -> list[str]:
         return [f"{self.title}: {text}" for text in self._texts(analysis)]

@@ -21,7 +21,7 @@ from slipscale.analysis.reading.trial_tables import FACTOR
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.statistics.repeated_measures.omnibus import Friedman, friedman_of
 from slipscale.analysis.statistics.repeated_measures.pairwise import TIED_DECIMALS
-from slipscale.analysis.statistics.statistic import Family, Statistic
+from slipscale.analysis.statistics.statistic import Family, Inputs, Named, Statistic
 from slipscale.analysis.tasks.kind import Analysis
 from slipscale.analysis.tasks.ratings.pairs import RatedPair, corrected, pairs_of
 from slipscale.analysis.tasks.ratings.statistics import TRIALS
@@ -155,13 +155,10 @@ def section(analysis: Analysis) -> ReportSection:
     return written
 
 
-CONDITIONS: Statistic[tuple[FactorRatings, ...]] = Statistic(
-    key="rating_conditions",
-    meaning="ratings compared between the levels of factors: Friedman's and pairwise tests",
-    compute=lambda inputs: rating_conditions(
-        inputs.data.of(TRIALS), inputs.data.choices.confidence
-    ),
-    families=(
+class _Conditions(Statistic[tuple[FactorRatings, ...]]):
+    key = "rating_conditions"
+    meaning = "ratings compared between the levels of factors: Friedman's and pairwise tests"
+    families = (
         Family(
             name="ratings by factor, Friedman's test",
             read=lambda tasks: [each.friedman.p for each in tasks if each.friedman],
@@ -171,13 +168,19 @@ CONDITIONS: Statistic[tuple[FactorRatings, ...]] = Statistic(
             corrected=True,
             read=lambda tasks: [pair.p_wilcoxon for each in tasks for pair in each.pairs],
         ),
-    ),
-    methods="For each factor, participants' mean ratings of the surfaces that they rated at every "
-    "level were compared by Friedman's test and, in pairs of levels, by Wilcoxon signed-rank tests "
-    "with Holm's correction across all of these pairs.",
-    conclusions={
-        r"(.+)\.friedman\.p": "{0}: ratings differ between conditions (Friedman's test)",
-        r"(.+)\.pairs\.(.+) - (.+)\.p_wilcoxon_holm": "{0}: {1} and {2} differ "
-        "(Wilcoxon's test, Holm)",
-    },
-)
+    )
+    methods = (
+        "For each factor, participants' mean ratings of the surfaces that they rated at every "
+        "level were compared by Friedman's test and, in pairs of levels, by Wilcoxon signed-rank "
+        "tests with Holm's correction across all of these pairs."
+    )
+    conclusions = (
+        Named("*.friedman.p", "{0}: ratings differ between conditions (Friedman's test)"),
+        Named("*.pairs.*.p_wilcoxon_holm", "{0}: {1[0]} and {1[1]} differ (Wilcoxon's test, Holm)"),
+    )
+
+    def compute(self, inputs: Inputs) -> tuple[FactorRatings, ...] | NotComputed:
+        return rating_conditions(inputs.data.of(TRIALS), inputs.data.choices.confidence)
+
+
+CONDITIONS = _Conditions()

@@ -50,24 +50,21 @@ TRIALS = TaskTrials(
 )
 
 
-def weigh(inputs):
-    rows = inputs.data.of(TRIALS)
-    return {"p": 0.01, "n": len(rows)} if len(rows) else NotComputed("nothing was weighed")
+class Weights(Statistic[object]):
+    key = "weights"
+    meaning = "whether weights differ"
+    test = False
+    families = (Family(name="weights, a test", read=lambda found: [found["p"]]),)
 
-
-WEIGHTS = Statistic(
-    key="weights",
-    meaning="whether weights differ",
-    compute=weigh,
-    test=False,
-    families=(Family(name="weights, a test", read=lambda found: [found["p"]]),),
-)
+    def compute(self, inputs):
+        rows = inputs.data.of(TRIALS)
+        return {"p": 0.01, "n": len(rows)} if len(rows) else NotComputed("nothing was weighed")
 
 
 class Weighing(TaskAnalysis):
     name = "weights"
     trials = TRIALS
-    statistics = (WEIGHTS,)
+    statistics = (Weights(),)
 
     def questions(self, _analysis):
         return ["Question of weights?"]

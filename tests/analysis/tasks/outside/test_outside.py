@@ -163,10 +163,18 @@ def fails(*_):
     raise LookupError("no such column")
 
 
+def declared(base, **parts):
+    """Return the instance of a class that consists of functions and of values."""
+    methods = {key: staticmethod(each) if callable(each) else each for key, each in parts.items()}
+    return type("Declared", (base,), methods)()
+
+
 def wrong(**parts):
-    """Return a kind of task that consists of functions of an analysis, and of values."""
-    methods = {name: staticmethod(each) if callable(each) else each for name, each in parts.items()}
-    return type("Wrong", (TaskAnalysis,), {"name": "wrong", **methods})()
+    return declared(TaskAnalysis, **{"name": "wrong", **parts})
+
+
+def statistic(key, compute, **others):
+    return declared(Statistic, key=key, meaning="m", compute=compute, **others)
 
 
 @pytest.mark.parametrize("part", [*guard.PARTS, "sections"])
@@ -210,9 +218,7 @@ def test_a_part_of_another_type_or_name_is_left_out_and_told(installed, only_own
 
 
 def of_key(key, **others):
-    return wrong(
-        statistics=(Statistic(key=key, meaning="m", compute=lambda _: {"p": 0.5}, **others),)
-    )
+    return wrong(statistics=(statistic(key, lambda _: {"p": 0.5}, **others),))
 
 
 def test_a_key_that_could_hide_one_of_ours_is_refused(installed):
@@ -333,9 +339,7 @@ def grips(read):
         read=read,
         empty=pd.DataFrame,
     )
-    count = Statistic(
-        key="own_grip", meaning="grips", compute=lambda inputs: {"n": len(inputs.data.of(trials))}
-    )
+    count = statistic("own_grip", lambda inputs: {"n": len(inputs.data.of(trials))})
     return wrong(name="grip", trials=trials, statistics=(count,))
 
 
