@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import dataclass
 
 from markupsafe import Markup
 
@@ -31,6 +32,19 @@ FIGURE = Markup(
     '<div style="background: #fff; border-radius: 4px; margin-top: .6rem; padding: .3rem; '
     'max-width: 34rem">{}</div>'
 )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, repr=False)
+class DisplayedAnalysis(Analysis):
+    """An analysis that Python and notebooks display as a summary."""
+
+    def __repr__(self) -> str:
+        """Return a short summary in plain text."""
+        return text(self)
+
+    def _repr_html_(self) -> str:
+        """Return an HTML summary for notebooks."""
+        return html(self)
 
 
 def text(analysis: Analysis) -> str:

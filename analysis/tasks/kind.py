@@ -15,8 +15,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
-from importlib import import_module
-from types import ModuleType
 from typing import TYPE_CHECKING, Literal
 
 from slipscale.analysis.declaration import Declaration
@@ -148,7 +146,7 @@ class PlanCheck:
     deviations: tuple[Deviation, ...]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True, kw_only=True, repr=False)
 class Analysis:
     """Everything that `slipscale.analysis.pipeline.analyse` computes.
 
@@ -212,15 +210,3 @@ class Analysis:
     kinds: tuple[TaskAnalysis, ...] = ()
     plan: PlanCheck | None = None
     problems: tuple[str, ...] = ()
-
-    def __repr__(self) -> str:
-        """Return a short summary in plain text."""
-        return str(self._displays().text(self))
-
-    def _repr_html_(self) -> str:
-        """Return an HTML summary for notebooks."""
-        return str(self._displays().html(self))
-
-    def _displays(self) -> ModuleType:
-        # Imported when needed, because the module for reports imports this module.
-        return import_module("slipscale.analysis.reporting.notebook")
