@@ -16,7 +16,6 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Generic, TypeVar, cast
 
-from slipscale.analysis.declaration import Declaration
 from slipscale.analysis.statistics.not_computed import NotComputed, computed
 
 if TYPE_CHECKING:
@@ -104,6 +103,21 @@ class Sentence(Generic[T_co]):
 
     write: Callable[[T_co, float, Quantity], str | None]
     primary: Primary | None = None
+
+
+class Declaration:
+    """A definition whose content are the methods and attributes of its class.
+
+    The instance is pickled as the name of its class, and equals the copy of another process.
+    """
+
+    def __eq__(self, other: object) -> bool:
+        """Compare the classes, and attributes that were set when the instances were created."""
+        return type(self) is type(other) and vars(self) == vars(other)
+
+    def __hash__(self) -> int:
+        """Return the same value for all instances of a class."""
+        return hash(type(self))
 
 
 @dataclass(frozen=True, slots=True)

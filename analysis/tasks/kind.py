@@ -17,7 +17,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Literal
 
-from slipscale.analysis.declaration import Declaration
+from slipscale.analysis.statistics.statistic import Declaration
 
 if TYPE_CHECKING:
     import pandas as pd
