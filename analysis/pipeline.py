@@ -108,7 +108,7 @@ def analyse(
         rule=rule,
         estimates=estimates,
         cells=cells,
-        table3=descriptives.table3(cells, choices.standard_deviation),
+        table3=descriptives.means_and_spreads(cells, choices.standard_deviation),
         description=description,
         textures=textures.describe(data.textures, data.estimates, rule, choices.standard_deviation),
         prepared=prepared,

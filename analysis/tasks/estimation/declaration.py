@@ -144,7 +144,7 @@ class _Estimation(TaskAnalysis):
             }
         if not prepared.geometric or biet2007.covers(analysis.cells.columns, quantity):
             name = "table3" if prepared.geometric else "fig15"
-            drawn[name] = figures.table3(analysis.cells, unit=unit, quantity=quantity)
+            drawn[name] = figures.arithmetic_means(analysis.cells, unit=unit, quantity=quantity)
         if inference.found(POWER_LAW) is not None:
             drawn["growth"] = growth_figures.growth(
                 prepared.logs, inference[GROWTH], unit=unit, confidence=level, quantity=quantity
