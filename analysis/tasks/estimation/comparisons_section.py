@@ -46,7 +46,8 @@ def comparisons(analysis: Analysis, _svgs: Mapping[str, str]) -> ReportSection:
     if pairs:
         choices = analysis.dataset.choices
         other = apa.pairwise_logs if choices.primary == "ranks" else apa.pairwise_ranks
-        section.gist = other(pairs, choices.confidence, quantity) or ""
+        if text := other(pairs, choices.confidence, quantity):
+            section.gist = [text]
         level = f"{100 * analysis.dataset.choices.confidence:g} %"
         section.blocks.append(
             html.table(

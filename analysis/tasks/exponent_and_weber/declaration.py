@@ -88,7 +88,7 @@ def section_of(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSection:
             )
         return section
     confidence, quantity = analysis.dataset.choices.confidence, analysis.dataset.quantity
-    section.gist = " ".join(_sentences(analysis))
+    section.gist = _sentences(analysis)
     for one in found:
         if (svg := svgs.get(f"exponent_and_weber_{one.task}")) is not None:
             section.blocks.append(
