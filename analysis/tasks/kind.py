@@ -57,23 +57,23 @@ class TaskAnalysis(Declaration):
     package: str = ""
     version: str = ""
 
-    def questions(self, _analysis: Analysis) -> list[str]:
+    def questions(self, _analysis: Analysis, /) -> list[str]:
         """Return the research questions with which the summary begins."""
         return []
 
-    def design(self, _analysis: Analysis) -> list[str]:
+    def design(self, _analysis: Analysis, /) -> list[str]:
         """Return descriptions of the design, such as the numbers of trials and surfaces."""
         return []
 
-    def answers(self, _analysis: Analysis) -> list[str]:
+    def answers(self, _analysis: Analysis, /) -> list[str]:
         """Return the sentences for the summary."""
         return []
 
-    def doubts(self, _analysis: Analysis) -> list[str]:
+    def doubts(self, _analysis: Analysis, /) -> list[str]:
         """Return the caveats for the summary."""
         return []
 
-    def sentences(self, _analysis: Analysis) -> Mapping[str, list[str]]:
+    def sentences(self, _analysis: Analysis, /) -> Mapping[str, list[str]]:
         """Return the sentences for the results section, keyed by heading."""
         return {}
 
@@ -81,11 +81,11 @@ class TaskAnalysis(Declaration):
         """Return the sections of the report, given the figures (SVG text, keyed by name)."""
         return ()
 
-    def figures(self, _analysis: Analysis) -> Mapping[str, Figure]:
+    def figures(self, _analysis: Analysis, /) -> Mapping[str, Figure]:
         """Return the figures, keyed by file name."""
         return {}
 
-    def tables(self, _analysis: Analysis) -> Mapping[str, pd.DataFrame]:
+    def tables(self, _analysis: Analysis, /) -> Mapping[str, pd.DataFrame]:
         """Return the tables, keyed by file name."""
         return {}
 

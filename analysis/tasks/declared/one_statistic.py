@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from typing import TYPE_CHECKING, Generic, TypeVar, cast
+from typing import TYPE_CHECKING, Generic, TypeAlias, TypeVar, cast
 
 import pandas as pd
 
@@ -11,6 +11,7 @@ from slipscale.analysis.tasks.kind import Analysis, TaskAnalysis
 from slipscale.analysis.writing import html
 from slipscale.analysis.writing.html import ReportSection
 from slipscale.analysis.writing.numbers import counted
+from slipscale.analysis.writing.task_names import task_name
 
 if TYPE_CHECKING:
     from markupsafe import Markup
@@ -21,6 +22,9 @@ if TYPE_CHECKING:
     from slipscale.stimuli.quantity import Quantity
 
 T = TypeVar("T")
+Svgs: TypeAlias = Mapping[str, str]
+Figures: TypeAlias = "Mapping[str, Figure]"
+Blocks: TypeAlias = "list[Markup]"
 
 
 class OneStatistic(TaskAnalysis, Generic[T]):
@@ -44,31 +48,31 @@ class OneStatistic(TaskAnalysis, Generic[T]):
     title: str
     heading: str = ""
 
-    def task_name(self, task: T, quantity: Quantity) -> str:
+    def task_name(self, task: T, _quantity: Quantity, /) -> str:
         """Return the name of a task, with its label and condition."""
+        return task_name(self.title, task.task)  # type: ignore[attr-defined]  # or it is overridden
+
+    def task_answer(self, task: T, confidence: float, quantity: Quantity, /) -> str:
+        """Return the sentence for the summary."""
         raise NotImplementedError
 
-    def task_answers(self, task: T, confidence: float, quantity: Quantity) -> list[str]:
-        """Return sentences for the summary."""
-        raise NotImplementedError
+    def task_answers(self, task: T, confidence: float, quantity: Quantity, /) -> list[str]:
+        """Return all sentences for the summary."""
+        return [self.task_answer(task, confidence, quantity)]
 
-    def task_remarks(self, _task: T, _confidence: float, _quantity: Quantity) -> list[str]:
+    def task_remarks(self, _task: T, _confidence: float, _quantity: Quantity, /) -> list[str]:
         """Return additional sentences for the results section."""
         return []
 
-    def task_doubts(self, _task: T, _confidence: float, _quantity: Quantity) -> list[str]:
+    def task_doubts(self, _task: T, _confidence: float, _quantity: Quantity, /) -> list[str]:
         """Return caveats."""
         return []
 
-    def task_blocks(
-        self, task: T, svgs: Mapping[str, str], percent: float, quantity: Quantity
-    ) -> list[Markup]:
+    def task_blocks(self, task: T, svgs: Svgs, percent: float, quantity: Quantity, /) -> Blocks:
         """Return the content of the section, given the figures and the confidence level in %."""
         raise NotImplementedError
 
-    def task_figures(
-        self, task: T, trials: pd.DataFrame, quantity: Quantity
-    ) -> Mapping[str, Figure]:
+    def task_figures(self, task: T, trials: pd.DataFrame, quantity: Quantity, /) -> Figures:
         """Return figures, keyed by file name, given the trials of all tasks."""
         raise NotImplementedError
 

@@ -67,6 +67,7 @@ class _Estimation(TaskAnalysis):
     name = "estimation"
     trials = TRIALS
     statistics = STATISTICS
+    tables = staticmethod(table.tables)
 
     def questions(self, analysis: Analysis) -> list[str]:
         if analysis.prepared is None:
@@ -154,9 +155,6 @@ class _Estimation(TaskAnalysis):
         if inference.found(RM_ANOVA) is not None:
             drawn["residuals"] = figures.residuals(prepared.whole_logs, quantity)
         return drawn
-
-    def tables(self, analysis: Analysis) -> Mapping[str, pd.DataFrame]:
-        return table.tables(analysis)
 
     def session_tables(self, _data: Dataset, prepared: Prepared | None) -> Iterator[SessionTable]:
         if prepared is None or prepared.refused:

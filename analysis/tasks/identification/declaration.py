@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from slipscale.analysis.statistics.not_computed import fold
-from slipscale.analysis.tasks.declared.one_statistic import OneStatistic
+from slipscale.analysis.tasks.declared.one_statistic import Blocks, Figures, OneStatistic, Svgs
 from slipscale.analysis.tasks.identification.statistics import (
     IDENTIFICATION,
     TRIALS,
@@ -17,39 +16,13 @@ from slipscale.analysis.tasks.identification.statistics import (
 )
 from slipscale.analysis.writing import html
 from slipscale.analysis.writing.numbers import bracketed, counted, level_of, number
-from slipscale.analysis.writing.task_names import task_name
 from slipscale.figure_style import canvas, styled
 
 if TYPE_CHECKING:
-    import pandas as pd
-    from markupsafe import Markup
     from matplotlib.figure import Figure
 
     from slipscale.analysis.json_form import JsonObject
     from slipscale.stimuli.quantity import Quantity
-
-
-def _named(task: TaskIdentification) -> str:
-    return task_name("Identification", task.task)
-
-
-def _answer(task: TaskIdentification, confidence: float, quantity: Quantity) -> str:
-    share = fold(
-        task.share_right,
-        lambda mean: (
-            f" {100 * mean.mean:.0f} % of answers were correct, {level_of(confidence)} CI "
-            f"{bracketed(mean.interval, lambda value: f'{100 * value:.0f}')}."
-        ),
-        lambda _: "",
-    )
-    people = counted(task.participants, "participant", "participants")
-    return (
-        f"{_named(task)}, {counted(task.answers, 'answer', 'answers')} from "
-        f"{people}: {number(task.corrected_bits)} of {number(task.most_bits)} bits were "
-        f"transferred (uncorrected: {number(task.information_bits)}), as if "
-        f"{number(2**task.corrected_bits, 1)} {quantity.stimuli} were identified without "
-        f"error.{share}"
-    )
 
 
 #: Proportions above this value are written in white.
@@ -90,29 +63,39 @@ class _Identification(OneStatistic[TaskIdentification]):
     what = "identification"
     title = "Identification"
 
-    def task_name(self, task: TaskIdentification, _quantity: Quantity) -> str:
-        return _named(task)
-
-    def task_answers(
-        self, task: TaskIdentification, confidence: float, quantity: Quantity
-    ) -> list[str]:
-        return [_answer(task, confidence, quantity)]
+    def task_answer(self, task: TaskIdentification, confidence: float, quantity: Quantity) -> str:
+        share = fold(
+            task.share_right,
+            lambda mean: (
+                f" {100 * mean.mean:.0f} % of answers were correct, {level_of(confidence)} CI "
+                f"{bracketed(mean.interval, lambda value: f'{100 * value:.0f}')}."
+            ),
+            lambda _: "",
+        )
+        people = counted(task.participants, "participant", "participants")
+        return (
+            f"{self.task_name(task, quantity)}, {counted(task.answers, 'answer', 'answers')} from "
+            f"{people}: {number(task.corrected_bits)} of {number(task.most_bits)} bits were "
+            f"transferred (uncorrected: {number(task.information_bits)}), as if "
+            f"{number(2**task.corrected_bits, 1)} {quantity.stimuli} were identified without "
+            f"error.{share}"
+        )
 
     def task_doubts(
-        self, task: TaskIdentification, _confidence: float, _quantity: Quantity
+        self, task: TaskIdentification, _confidence: float, quantity: Quantity
     ) -> list[str]:
         if task.trials_per_cell >= TRIALS_PER_CELL:
             return []
         text = (
-            f"{_named(task)}: each participant has {task.trials_per_cell:.1f} trials per "
-            f"cell of the table; with fewer than {TRIALS_PER_CELL}, individual information is "
-            "overestimated despite the correction."
+            f"{self.task_name(task, quantity)}: each participant has {task.trials_per_cell:.1f} "
+            f"trials per cell of the table; with fewer than {TRIALS_PER_CELL}, individual "
+            "information is overestimated despite the correction."
         )
         return [text]
 
     def task_blocks(
-        self, task: TaskIdentification, svgs: Mapping[str, str], level: float, quantity: Quantity
-    ) -> list[Markup]:
+        self, task: TaskIdentification, svgs: Svgs, level: float, quantity: Quantity
+    ) -> Blocks:
         own = fold(
             task.mean_information_bits,
             lambda mean: (
@@ -136,9 +119,7 @@ class _Identification(OneStatistic[TaskIdentification]):
             ),
         ]
 
-    def task_figures(
-        self, task: TaskIdentification, _trials: pd.DataFrame, _quantity: Quantity
-    ) -> Mapping[str, Figure]:
+    def task_figures(self, task: TaskIdentification, _: object, _quantity: Quantity) -> Figures:
         return {f"identification_{task.task}": named(task)}
 
     def task_rows(self, task: TaskIdentification) -> list[JsonObject]:

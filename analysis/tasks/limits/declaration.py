@@ -2,17 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
 import numpy as np
-import pandas as pd
-from markupsafe import Markup
 from matplotlib.figure import Figure
 
 from slipscale.analysis.json_form import JsonObject
 from slipscale.analysis.statistics.not_computed import NotComputed, computed
 from slipscale.analysis.tasks.declared.flat_table import flat_rows
-from slipscale.analysis.tasks.declared.one_statistic import OneStatistic
+from slipscale.analysis.tasks.declared.one_statistic import Blocks, Figures, OneStatistic, Svgs
 from slipscale.analysis.tasks.limits.statistics import LIMITS, TRIALS, TaskLimits
 from slipscale.analysis.writing import html
 from slipscale.analysis.writing.numbers import (
@@ -24,29 +20,10 @@ from slipscale.analysis.writing.numbers import (
     reliable,
 )
 from slipscale.analysis.writing.points import SIZE, draw_means, draw_people
-from slipscale.analysis.writing.task_names import task_name
 from slipscale.figure_style import canvas, styled
 from slipscale.stimuli.quantity import Quantity
 
 HEADS = ("Participant", "Ascending", "Descending", "Threshold", "Transitions")
-
-
-def _named(task: TaskLimits) -> str:
-    return task_name("Method of limits", task.task)
-
-
-def _threshold(task: TaskLimits, confidence: float, quantity: Quantity) -> str:
-    threshold, named = task.threshold_level, _named(task)
-    if isinstance(threshold, NotComputed):
-        return f"{named}: no threshold was computed ({threshold.reason})."
-    standard = task.standard_level
-    of = "" if standard is None else f" against a standard of {quantity.value(standard)}"
-    return (
-        f"{named}, {counted(task.series, 'series', 'series')} from "
-        f"{counted(task.participants, 'participant', 'participants')}: the answer changed at "
-        f"{quantity.value(f'{threshold.mean:.3g}')}{of}, {level_of(confidence)} CI "
-        f"{bracketed(threshold.interval, lambda value: number(value, 3))}."
-    )
 
 
 NAMES = ("Ascending", "Descending", "Both")
@@ -77,11 +54,18 @@ class _Limits(OneStatistic[TaskLimits]):
     what = "method-of-limits"
     title = "Method of limits"
 
-    def task_name(self, task: TaskLimits, _quantity: Quantity) -> str:
-        return _named(task)
-
-    def task_answers(self, task: TaskLimits, confidence: float, quantity: Quantity) -> list[str]:
-        return [_threshold(task, confidence, quantity)]
+    def task_answer(self, task: TaskLimits, confidence: float, quantity: Quantity) -> str:
+        threshold, named = task.threshold_level, self.task_name(task, quantity)
+        if isinstance(threshold, NotComputed):
+            return f"{named}: no threshold was computed ({threshold.reason})."
+        standard = task.standard_level
+        of = "" if standard is None else f" against a standard of {quantity.value(standard)}"
+        return (
+            f"{named}, {counted(task.series, 'series', 'series')} from "
+            f"{counted(task.participants, 'participant', 'participants')}: the answer changed at "
+            f"{quantity.value(f'{threshold.mean:.3g}')}{of}, {level_of(confidence)} CI "
+            f"{bracketed(threshold.interval, lambda value: number(value, 3))}."
+        )
 
     def task_remarks(self, task: TaskLimits, confidence: float, quantity: Quantity) -> list[str]:
         remarks, error = [], task.constant_error_level
@@ -99,9 +83,7 @@ class _Limits(OneStatistic[TaskLimits]):
             )
         return remarks
 
-    def task_blocks(
-        self, task: TaskLimits, svgs: Mapping[str, str], level: float, quantity: Quantity
-    ) -> list[Markup]:
+    def task_blocks(self, task: TaskLimits, svgs: Svgs, level: float, quantity: Quantity) -> Blocks:
         rows = [
             [
                 each.participant,
@@ -128,9 +110,7 @@ class _Limits(OneStatistic[TaskLimits]):
             ),
         ]
 
-    def task_figures(
-        self, task: TaskLimits, _trials: pd.DataFrame, quantity: Quantity
-    ) -> Mapping[str, Figure]:
+    def task_figures(self, task: TaskLimits, _: object, quantity: Quantity) -> Figures:
         return {f"limits_{task.task}": transitions(task, quantity)}
 
     def task_rows(self, task: TaskLimits) -> list[JsonObject]:

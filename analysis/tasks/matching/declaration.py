@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from slipscale.analysis.statistics.not_computed import NotComputed
-from slipscale.analysis.tasks.declared.one_statistic import OneStatistic
+from slipscale.analysis.tasks.declared.one_statistic import Blocks, Figures, OneStatistic, Svgs
 from slipscale.analysis.tasks.declared.session_tables import mean_by_session
 from slipscale.analysis.tasks.matching.statistics import MATCHING, TRIALS, MatchedReference
 from slipscale.analysis.writing import html
@@ -198,9 +198,7 @@ class _Matching(OneStatistic[Task]):
     def task_answers(self, task: Task, confidence: float, quantity: Quantity) -> list[str]:
         return [_answer(each, confidence, quantity) for each in task]
 
-    def task_blocks(
-        self, task: Task, svgs: Mapping[str, str], _percent: float, quantity: Quantity
-    ) -> list[Markup]:
+    def task_blocks(self, task: Task, svgs: Svgs, _percent: float, quantity: Quantity) -> Blocks:
         return [
             *html.figure_if_drawn(
                 svgs,
@@ -217,9 +215,7 @@ class _Matching(OneStatistic[Task]):
             _matching_table(task, quantity),
         ]
 
-    def task_figures(
-        self, task: Task, trials: pd.DataFrame, quantity: Quantity
-    ) -> Mapping[str, Figure]:
+    def task_figures(self, task: Task, trials: pd.DataFrame, quantity: Quantity) -> Figures:
         name = task[0].task
         return {f"matching_{name}": matches(task, trials[trials["task"] == name], quantity)}
 

@@ -2,17 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
 import numpy as np
-import pandas as pd
-from markupsafe import Markup
 from matplotlib.figure import Figure
 
 from slipscale.analysis.json_form import JsonObject, renamed
 from slipscale.analysis.statistics.not_computed import computed, fold
 from slipscale.analysis.tasks.declared.flat_table import flat_rows
-from slipscale.analysis.tasks.declared.one_statistic import OneStatistic
+from slipscale.analysis.tasks.declared.one_statistic import Blocks, Figures, OneStatistic, Svgs
 from slipscale.analysis.tasks.pointing.statistics import (
     FEWEST,
     POINTING,
@@ -33,7 +29,6 @@ from slipscale.analysis.writing.numbers import (
     reliable,
 )
 from slipscale.analysis.writing.points import SIZE
-from slipscale.analysis.writing.task_names import task_name
 from slipscale.figure_style import BLUE, ORANGE, PALE, canvas, styled
 from slipscale.stimuli.quantity import Quantity
 
@@ -51,10 +46,6 @@ def _mean(found: MeanOrReason, digits: int = 2) -> str:
     )
 
 
-def _named(task: TaskPointing) -> str:
-    return task_name("Pointing", task.task)
-
-
 def _throughput(task: str, found: FeedbackPointing, confidence: float) -> str:
     named = f"{task}, feedback condition “{found.feedback}”"
     people = counted(len(found.people), "participant", "participants")
@@ -69,14 +60,14 @@ def _throughput(task: str, found: FeedbackPointing, confidence: float) -> str:
     )
 
 
-def _gain(task: TaskPointing, confidence: float) -> list[str]:
+def _gain(name: str, task: TaskPointing, confidence: float) -> list[str]:
     rate, time = task.throughput_gain_bit_s, task.time_gain_s
     if not (rate and time):
         return []
     verb = "changed" if reliable(rate.p, confidence) else "did not change reliably"
     return [
         (
-            f"{_named(task)}: with feedback, throughput {verb} (difference "
+            f"{name}: with feedback, throughput {verb} (difference "
             f"{number(rate.mean)} bit/s, t({rate.df}) = {number(rate.t)}, "
             f"{p_value(rate.p)}), and movement time changed by {number(time.mean, 3)} s, "
             f"{level_of(confidence)} CI "
@@ -118,14 +109,12 @@ class _Pointing(OneStatistic[TaskPointing]):
     what = "pointing"
     title = "Pointing"
 
-    def task_name(self, task: TaskPointing, _quantity: Quantity) -> str:
-        return _named(task)
-
-    def task_answers(self, task: TaskPointing, confidence: float, _q: Quantity) -> list[str]:
+    def task_answers(self, task: TaskPointing, confidence: float, quantity: Quantity) -> list[str]:
         """Return a sentence on each condition and on the effect of feedback."""
+        name = self.task_name(task, quantity)
         return [
-            *(_throughput(_named(task), each, confidence) for each in task.conditions),
-            *_gain(task, confidence),
+            *(_throughput(name, each, confidence) for each in task.conditions),
+            *_gain(name, task, confidence),
         ]
 
     def task_remarks(self, task: TaskPointing, _confidence: float, _q: Quantity) -> list[str]:
@@ -145,8 +134,8 @@ class _Pointing(OneStatistic[TaskPointing]):
         return sentences
 
     def task_blocks(
-        self, task: TaskPointing, svgs: Mapping[str, str], level: float, _quantity: Quantity
-    ) -> list[Markup]:
+        self, task: TaskPointing, svgs: Svgs, level: float, _quantity: Quantity
+    ) -> Blocks:
         rows = [
             [
                 each.feedback,
@@ -175,9 +164,7 @@ class _Pointing(OneStatistic[TaskPointing]):
             ),
         ]
 
-    def task_figures(
-        self, task: TaskPointing, _trials: pd.DataFrame, _quantity: Quantity
-    ) -> Mapping[str, Figure]:
+    def task_figures(self, task: TaskPointing, _: object, _quantity: Quantity) -> Figures:
         return {f"pointing_{task.task}": movement_times(task)}
 
     def task_rows(self, task: TaskPointing) -> list[JsonObject]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from math import exp
 
 import numpy as np
@@ -17,7 +17,7 @@ from slipscale.analysis.statistics.not_computed import NotComputed, fold
 from slipscale.analysis.statistics.regression import fit_lines
 from slipscale.analysis.statistics.statistic import SessionTable
 from slipscale.analysis.tasks.declared.flat_table import flat_rows
-from slipscale.analysis.tasks.declared.one_statistic import OneStatistic
+from slipscale.analysis.tasks.declared.one_statistic import Blocks, Figures, OneStatistic, Svgs
 from slipscale.analysis.tasks.declared.session_tables import logarithms, mean_by_session
 from slipscale.analysis.tasks.productions.statistics import (
     PRODUCTIONS,
@@ -35,18 +35,13 @@ from slipscale.analysis.writing.points import (
     draw_standard,
     make_logarithmic,
 )
-from slipscale.analysis.writing.task_names import task_name
 from slipscale.figure_style import BLUE, canvas, styled
 from slipscale.stimuli.quantity import Quantity, capitalised
 
 
-def _title(found: TaskProductions) -> str:
-    return task_name("Magnitude production", found.task)
-
-
-def _answer(found: TaskProductions, confidence: float, quantity: Quantity) -> str:
+def _answer(name: str, found: TaskProductions, confidence: float, quantity: Quantity) -> str:
     what = (
-        f"{_title(found)}, {counted(found.answers, 'production', 'productions')} by "
+        f"{name}, {counted(found.answers, 'production', 'productions')} by "
         f"{counted(found.participants, 'participant', 'participants')}, with a standard of "
         f"{quantity.value(found.standard_level)} called {found.modulus:g}"
     )
@@ -159,13 +154,10 @@ class _Productions(OneStatistic[TaskProductions]):
     what = "magnitude-production"
     title = "Magnitude production"
 
-    def task_name(self, task: TaskProductions, _quantity: Quantity) -> str:
-        return _title(task)
-
     def task_answers(
         self, found: TaskProductions, confidence: float, quantity: Quantity
     ) -> list[str]:
-        texts = [_answer(found, confidence, quantity)]
+        texts = [_answer(self.task_name(found, quantity), found, confidence, quantity)]
         if found.both:
             texts.append(_both(found.both, confidence))
         return texts
@@ -201,8 +193,8 @@ class _Productions(OneStatistic[TaskProductions]):
         return texts
 
     def task_blocks(
-        self, task: TaskProductions, svgs: Mapping[str, str], level: float, quantity: Quantity
-    ) -> list[Markup]:
+        self, task: TaskProductions, svgs: Svgs, level: float, quantity: Quantity
+    ) -> Blocks:
         levels = quantity.levels
         return [
             *html.figure_if_drawn(
@@ -224,7 +216,7 @@ class _Productions(OneStatistic[TaskProductions]):
 
     def task_figures(
         self, task: TaskProductions, trials: pd.DataFrame, quantity: Quantity
-    ) -> Mapping[str, Figure]:
+    ) -> Figures:
         own = trials[trials["task"] == task.task]
         return {f"productions_{task.task}": productions(task, own, quantity)}
 

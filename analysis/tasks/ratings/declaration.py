@@ -16,7 +16,7 @@ from slipscale.analysis.reading.surface_labels import with_unit
 from slipscale.analysis.statistics.not_computed import NotComputed, computed
 from slipscale.analysis.statistics.statistic import SessionTable
 from slipscale.analysis.tasks.declared.flat_table import flat_rows
-from slipscale.analysis.tasks.declared.one_statistic import OneStatistic
+from slipscale.analysis.tasks.declared.one_statistic import Blocks, Figures, OneStatistic, Svgs
 from slipscale.analysis.tasks.declared.session_tables import mean_by_session
 from slipscale.analysis.tasks.kind import Analysis
 from slipscale.analysis.tasks.ratings import conditions
@@ -45,26 +45,6 @@ from slipscale.stimuli.quantity import Quantity
 
 #: Field -> column name, if they differ.
 COLUMNS = {"sd": "standard_deviation", "at_left": "at_left_end", "at_right": "at_right_end"}
-
-
-def _title(found: TaskRatings) -> str:
-    kind = "Visual analogue scale" if found.categories is None else "Category scale"
-    return task_name(kind, found.task)
-
-
-def _answer(found: TaskRatings, quantity: Quantity) -> str:
-    numbers = (
-        "mean positions on the line from 0 (left) to 100 (right)"
-        if found.categories is None
-        else f"mean categories, from 1 (lowest) to {found.categories},"
-    )
-    means = joined(
-        [f"{number(each.mean, 1)} ({with_unit(each.surface, quantity)})" for each in found.surfaces]
-    )
-    return (
-        f"{_title(found)}, {counted(found.answers, 'rating', 'ratings')} by "
-        f"{counted(found.participants, 'participant', 'participants')}: {numbers} were {means}."
-    )
 
 
 def _tests(found: TaskRatings, confidence: float, quantity: Quantity) -> str:
@@ -230,18 +210,33 @@ class _Ratings(OneStatistic[TaskRatings]):
     title = "Rating scales"
     heading = "Ratings on a scale"
 
-    def task_name(self, task: TaskRatings, _quantity: Quantity) -> str:
-        return _title(task)
+    def task_name(self, found: TaskRatings, _quantity: Quantity) -> str:
+        kind = "Visual analogue scale" if found.categories is None else "Category scale"
+        return task_name(kind, found.task)
 
-    def task_answers(self, task: TaskRatings, _confidence: float, quantity: Quantity) -> list[str]:
-        return [_answer(task, quantity)]
+    def task_answer(self, found: TaskRatings, _confidence: float, quantity: Quantity) -> str:
+        numbers = (
+            "mean positions on the line from 0 (left) to 100 (right)"
+            if found.categories is None
+            else f"mean categories, from 1 (lowest) to {found.categories},"
+        )
+        means = joined(
+            [
+                f"{number(each.mean, 1)} ({with_unit(each.surface, quantity)})"
+                for each in found.surfaces
+            ]
+        )
+        return (
+            f"{self.task_name(found, quantity)}, {counted(found.answers, 'rating', 'ratings')} by "
+            f"{counted(found.participants, 'participant', 'participants')}: {numbers} were {means}."
+        )
 
     def task_remarks(self, task: TaskRatings, confidence: float, quantity: Quantity) -> list[str]:
         return [_tests(task, confidence, quantity)]
 
     def task_blocks(
-        self, task: TaskRatings, svgs: Mapping[str, str], level: float, quantity: Quantity
-    ) -> list[Markup]:
+        self, task: TaskRatings, svgs: Svgs, level: float, quantity: Quantity
+    ) -> Blocks:
         return [
             *html.figure_if_drawn(
                 svgs,
@@ -255,9 +250,7 @@ class _Ratings(OneStatistic[TaskRatings]):
             _pair_table(task),
         ]
 
-    def task_figures(
-        self, task: TaskRatings, trials: pd.DataFrame, quantity: Quantity
-    ) -> Mapping[str, Figure]:
+    def task_figures(self, task: TaskRatings, trials: pd.DataFrame, quantity: Quantity) -> Figures:
         own = trials[trials["task"] == task.task]
         return {f"ratings_{task.task}": ratings(task, own, quantity)}
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 
 import numpy as np
 import pandas as pd
@@ -16,7 +16,7 @@ from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.statistics.regression import fit_lines
 from slipscale.analysis.statistics.statistic import SessionTable
 from slipscale.analysis.tasks.declared.flat_table import flat_rows
-from slipscale.analysis.tasks.declared.one_statistic import OneStatistic
+from slipscale.analysis.tasks.declared.one_statistic import Blocks, Figures, OneStatistic, Svgs
 from slipscale.analysis.tasks.declared.session_tables import logarithms, mean_by_session
 from slipscale.analysis.tasks.ratios.statistics import RATIOS, TRIALS, TaskRatios, log_cells
 from slipscale.analysis.writing import html
@@ -25,25 +25,6 @@ from slipscale.analysis.writing.points import SIZE, draw_means, draw_people, mak
 from slipscale.analysis.writing.task_names import task_name
 from slipscale.figure_style import BLUE, GREY, INK, canvas, styled
 from slipscale.stimuli.quantity import Quantity
-
-
-def _title(found: TaskRatios, quantity: Quantity) -> str:
-    return task_name(f"Ratio judgements against {quantity.value(found.standard_level)}", found.task)
-
-
-def _answer(found: TaskRatios, confidence: float, quantity: Quantity) -> str:
-    what = (
-        f"{_title(found, quantity)}, {counted(found.answers, 'judgement', 'judgements')} by "
-        f"{counted(found.participants, 'participant', 'participants')}"
-    )
-    law = found.power_law
-    if isinstance(law, NotComputed):
-        return f"{what}: no exponent was computed ({law.reason})."
-    return (
-        f"{what}: the mean exponent of participants' power functions of {quantity.name} was "
-        f"{number(law.exponent)}, {level_of(confidence)} CI {bracketed(law.interval)} (n = "
-        f"{law.n}; {law.points} {quantity.levels} above {quantity.value(0)})."
-    )
 
 
 def _ratio_table(task: TaskRatios, quantity: Quantity) -> Markup:
@@ -105,11 +86,25 @@ class _Ratios(OneStatistic[TaskRatios]):
     what = "ratio-judgement"
     title = "Ratio judgements"
 
-    def task_name(self, task: TaskRatios, quantity: Quantity) -> str:
-        return _title(task, quantity)
+    def task_name(self, found: TaskRatios, quantity: Quantity) -> str:
+        return task_name(
+            f"Ratio judgements against {quantity.value(found.standard_level)}", found.task
+        )
 
-    def task_answers(self, task: TaskRatios, confidence: float, quantity: Quantity) -> list[str]:
-        return [_answer(task, confidence, quantity)]
+    def task_answer(self, found: TaskRatios, confidence: float, quantity: Quantity) -> str:
+        what = (
+            f"{self.task_name(found, quantity)}, "
+            f"{counted(found.answers, 'judgement', 'judgements')} by "
+            f"{counted(found.participants, 'participant', 'participants')}"
+        )
+        law = found.power_law
+        if isinstance(law, NotComputed):
+            return f"{what}: no exponent was computed ({law.reason})."
+        return (
+            f"{what}: the mean exponent of participants' power functions of {quantity.name} was "
+            f"{number(law.exponent)}, {level_of(confidence)} CI {bracketed(law.interval)} (n = "
+            f"{law.n}; {law.points} {quantity.levels} above {quantity.value(0)})."
+        )
 
     def task_remarks(self, found: TaskRatios, confidence: float, quantity: Quantity) -> list[str]:
         each = "; ".join(
@@ -130,9 +125,7 @@ class _Ratios(OneStatistic[TaskRatios]):
             )
         return texts
 
-    def task_blocks(
-        self, task: TaskRatios, svgs: Mapping[str, str], level: float, quantity: Quantity
-    ) -> list[Markup]:
+    def task_blocks(self, task: TaskRatios, svgs: Svgs, level: float, quantity: Quantity) -> Blocks:
         return [
             *html.figure_if_drawn(
                 svgs,
@@ -150,9 +143,7 @@ class _Ratios(OneStatistic[TaskRatios]):
             _ratio_table(task, quantity),
         ]
 
-    def task_figures(
-        self, task: TaskRatios, trials: pd.DataFrame, quantity: Quantity
-    ) -> Mapping[str, Figure]:
+    def task_figures(self, task: TaskRatios, trials: pd.DataFrame, quantity: Quantity) -> Figures:
         return {f"ratios_{task.name}": ratios(task, trials[trials["task"] == task.task], quantity)}
 
     def task_rows(self, task: TaskRatios) -> list[JsonObject]:

@@ -2,18 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
 import numpy as np
-import pandas as pd
-from markupsafe import Markup
 from matplotlib.figure import Figure
 
 from slipscale.analysis.json_form import JsonObject, renamed
 from slipscale.analysis.reading.surface_labels import with_unit
 from slipscale.analysis.statistics.not_computed import computed
 from slipscale.analysis.tasks.declared.flat_table import flat_rows
-from slipscale.analysis.tasks.declared.one_statistic import OneStatistic
+from slipscale.analysis.tasks.declared.one_statistic import Blocks, Figures, OneStatistic, Svgs
 from slipscale.analysis.tasks.same_different.statistics import (
     SAME_DIFFERENT,
     TRIALS,
@@ -23,7 +19,6 @@ from slipscale.analysis.tasks.same_different.statistics import (
 from slipscale.analysis.writing import html
 from slipscale.analysis.writing.numbers import bracketed, cell, counted, joined, number
 from slipscale.analysis.writing.points import SIZE, draw_means
-from slipscale.analysis.writing.task_names import task_name
 from slipscale.figure_style import GREY, ORANGE, canvas, styled
 from slipscale.stimuli.quantity import Quantity
 
@@ -33,21 +28,8 @@ HEADS = (
 )
 
 
-def _named(task: TaskPairs) -> str:
-    return task_name("Same–different", task.task)
-
-
 def _pair(pair: PairSensitivity, quantity: Quantity) -> str:
     return f"{with_unit(pair.first, quantity)} and {with_unit(pair.second, quantity)}"
-
-
-def _answer(task: TaskPairs, quantity: Quantity) -> str:
-    pairs = [f"{number(each.d_prime)} ({_pair(each, quantity)})" for each in task.pairs]
-    return (
-        f"{_named(task)}, {counted(task.answers, 'answer', 'answers')} from "
-        f"{counted(task.participants, 'participant', 'participants')}: d' by the "
-        f"differencing model was {joined(pairs)}."
-    )
 
 
 @styled
@@ -74,15 +56,15 @@ class _SameDifferent(OneStatistic[TaskPairs]):
     what = "same–different"
     title = "Same–different"
 
-    def task_name(self, task: TaskPairs, _quantity: Quantity) -> str:
-        return _named(task)
+    def task_answer(self, task: TaskPairs, _confidence: float, quantity: Quantity) -> str:
+        pairs = [f"{number(each.d_prime)} ({_pair(each, quantity)})" for each in task.pairs]
+        return (
+            f"{self.task_name(task, quantity)}, {counted(task.answers, 'answer', 'answers')} from "
+            f"{counted(task.participants, 'participant', 'participants')}: d' by the "
+            f"differencing model was {joined(pairs)}."
+        )
 
-    def task_answers(self, task: TaskPairs, _confidence: float, quantity: Quantity) -> list[str]:
-        return [_answer(task, quantity)]
-
-    def task_blocks(
-        self, task: TaskPairs, svgs: Mapping[str, str], level: float, quantity: Quantity
-    ) -> list[Markup]:
+    def task_blocks(self, task: TaskPairs, svgs: Svgs, level: float, quantity: Quantity) -> Blocks:
         rows = [
             [
                 _pair(each, quantity),
@@ -114,9 +96,7 @@ class _SameDifferent(OneStatistic[TaskPairs]):
             ),
         ]
 
-    def task_figures(
-        self, task: TaskPairs, _trials: pd.DataFrame, _quantity: Quantity
-    ) -> Mapping[str, Figure]:
+    def task_figures(self, task: TaskPairs, _: object, _quantity: Quantity) -> Figures:
         return {f"same_different_{task.task}": sensitivities(task)}
 
     def task_rows(self, task: TaskPairs) -> list[JsonObject]:

@@ -9,7 +9,7 @@ import numpy as np
 
 from slipscale.analysis.reading.surface_labels import with_unit
 from slipscale.analysis.statistics.not_computed import NotComputed, all_computed
-from slipscale.analysis.tasks.declared.one_statistic import OneStatistic
+from slipscale.analysis.tasks.declared.one_statistic import Figures, OneStatistic
 from slipscale.analysis.tasks.similarity.reading import TRIALS
 from slipscale.analysis.tasks.similarity.statistics import SIMILARITY, TaskMap
 from slipscale.analysis.writing import html
@@ -18,12 +18,13 @@ from slipscale.analysis.writing.task_names import task_name
 from slipscale.figure_style import BLUE, GREY, canvas, styled
 
 if TYPE_CHECKING:
-    import pandas as pd
     from markupsafe import Markup
     from matplotlib.figure import Figure
 
     from slipscale.analysis.json_form import JsonObject
     from slipscale.stimuli.quantity import Quantity
+
+Task = TaskMap | NotComputed
 
 
 def _weights(task: TaskMap, axes: list[str]) -> Markup:
@@ -63,32 +64,29 @@ def similarity(found: TaskMap) -> Figure:
     return figure
 
 
-class MapAnalysis(OneStatistic[TaskMap | NotComputed]):
+class MapAnalysis(OneStatistic[Task]):
     """A kind of task whose result is a map of the items; its figure is called like the kind."""
 
-    def task_name(self, task: TaskMap | NotComputed, _quantity: Quantity) -> str:
+    def task_name(self, task: Task, _quantity: Quantity) -> str:
         """Return the name of a task."""
         return self.title if isinstance(task, NotComputed) else task_name(self.title, task.task)
 
-    def task_answers(
-        self, task: TaskMap | NotComputed, _confidence: float, quantity: Quantity
-    ) -> list[str]:
+    def task_answer(self, task: Task, _confidence: float, quantity: Quantity) -> str:
         """Return a sentence that gives the stress of the map for each number of dimensions."""
         if isinstance(task, NotComputed):
-            return [f"{self.title}: no map was computed ({task.reason})."]
+            return f"{self.title}: no map was computed ({task.reason})."
         stress = joined(
             [f"{unit_number(value, 3)} ({place}D)" for place, value in task.stress.items()]
         )
         people = counted(task.participants, "participant", "participants")
-        text = (
+        return (
             f"{self.task_name(task, quantity)}, {len(task.items)} items, {people}: the stress-1 of "
             f"non-metric multidimensional scaling is {stress}."
         )
-        return [text]
 
     def task_blocks(
         self,
-        task: TaskMap | NotComputed,
+        task: Task,
         svgs: Mapping[str, str],
         _percent: float,
         quantity: Quantity,
@@ -118,13 +116,11 @@ class MapAnalysis(OneStatistic[TaskMap | NotComputed]):
             *([_weights(task, axes)] if task.people else []),
         ]
 
-    def task_figures(
-        self, task: TaskMap | NotComputed, _trials: pd.DataFrame, _quantity: Quantity
-    ) -> Mapping[str, Figure]:
+    def task_figures(self, task: Task, _: object, _quantity: Quantity) -> Figures:
         """Return the map, if there is one."""
         return {f"{self.name}_{each.task}": similarity(each) for each in all_computed([task])}
 
-    def task_rows(self, task: TaskMap | NotComputed) -> list[JsonObject]:
+    def task_rows(self, task: Task) -> list[JsonObject]:
         """Return one row of coordinates per item."""
         if isinstance(task, NotComputed):
             return []

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 
 import numpy as np
 import pandas as pd
-from markupsafe import Markup
-from matplotlib.figure import Figure
 
 from slipscale.analysis.json_form import JsonObject
 from slipscale.analysis.preprocessing.log_transform import Prepared
@@ -17,7 +15,7 @@ from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.statistics.psychometrics.psychometric_function import Answers
 from slipscale.analysis.statistics.psychometrics.thresholds import threshold_values
 from slipscale.analysis.statistics.statistic import SessionTable
-from slipscale.analysis.tasks.declared.one_statistic import OneStatistic
+from slipscale.analysis.tasks.declared.one_statistic import Figures, OneStatistic
 from slipscale.analysis.tasks.thresholds import figures, section, sentences
 from slipscale.analysis.tasks.thresholds.reading import TRIALS
 from slipscale.analysis.tasks.thresholds.statistics import CURVE_OF, THRESHOLDS, TaskThresholds
@@ -68,30 +66,15 @@ class _Thresholds(OneStatistic[TaskThresholds]):
     what = "forced-choice"
     title = "Thresholds"
 
-    def task_name(self, task: TaskThresholds, quantity: Quantity) -> str:
-        return sentences.title(task, quantity)
-
-    def task_answers(
-        self, task: TaskThresholds, confidence: float, quantity: Quantity
-    ) -> list[str]:
-        return sentences.answers(task, confidence, quantity)
-
-    def task_remarks(
-        self, task: TaskThresholds, confidence: float, quantity: Quantity
-    ) -> list[str]:
-        return sentences.remarks(task, confidence, quantity)
-
-    def task_doubts(self, task: TaskThresholds, confidence: float, quantity: Quantity) -> list[str]:
-        return sentences.doubts(task, confidence, quantity)
-
-    def task_blocks(
-        self, task: TaskThresholds, svgs: Mapping[str, str], percent: float, quantity: Quantity
-    ) -> list[Markup]:
-        return section.blocks(task, svgs, percent, quantity)
+    task_name = staticmethod(sentences.title)
+    task_answers = staticmethod(sentences.answers)
+    task_remarks = staticmethod(sentences.remarks)
+    task_doubts = staticmethod(sentences.doubts)
+    task_blocks = staticmethod(section.blocks)
 
     def task_figures(
         self, task: TaskThresholds, trials: pd.DataFrame, quantity: Quantity
-    ) -> Mapping[str, Figure]:
+    ) -> Figures:
         own = trials[trials["task"] == task.task]
         drawn = {f"thresholds_{task.task}": figures.functions(task, own, quantity)}
         if own["track"].notna().any():
