@@ -131,7 +131,7 @@ class Named:
         list.
     words : str
         Description, in which ``{0}`` is the first key or element at a ``*``, and ``{0[0]}`` the
-        first of the values that identify the element. The name of a best model is the last.
+        first of the values that identify the element.
     """
 
     path: str

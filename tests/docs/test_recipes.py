@@ -48,7 +48,13 @@ def copy(tmp_path_factory):
     one = "from slipscale.analysis.tasks.estimation.range_of_means import RANGE_OF_MEANS\n"
     first = text.index("from slipscale.")
     text = text[:first] + one + text[first:]
-    path.write_text(text.replace("    FRIEDMAN,\n", "    FRIEDMAN,\n    RANGE_OF_MEANS,\n", 1))
+    path.write_text(
+        text.replace(
+            "STATISTICS: tuple[Statistic[object], ...] = (\n",
+            "STATISTICS: tuple[Statistic[object], ...] = (\n    RANGE_OF_MEANS,\n",
+            1,
+        )
+    )
     return root
 
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 from slipscale.analysis import json_form
 from slipscale.analysis.json_form import Json, JsonObject
@@ -54,35 +54,22 @@ class Label(tuple[str, ...]):
         return " - ".join(dict.fromkeys(self))
 
 
-@dataclass(frozen=True, slots=True)
-class ResultName:
-    """The name of a result.
+class ResultName(tuple[str | Label, ...]):
+    """Keys and labels that lead to a result. The name of the best model follows the key `BEST`."""
 
-    Parameters
-    ----------
-    path : tuple
-        Keys, and labels of the elements of lists.
-    best : str
-        Name of the model that fits best, if this is the result.
-    """
-
-    path: tuple[str | Label, ...] = ()
-    best: str = ""
+    __slots__ = ()
 
     def __str__(self) -> str:
         """Return the name as it is written to files."""
-        return ".".join(map(str, self.path)) + (f": {self.best}" if self.best else "")
-
-    def below(self, key: str | Label) -> ResultName:
-        """Return the name of a part of this result."""
-        return ResultName((*self.path, key))
+        *first, last = map(str, self)
+        return ".".join(first) + (": " if BEST in first[-1:] else ".") + last
 
     def at(self, path: Sequence[str]) -> list[str | Label] | None:
-        """Return the keys at each ``*`` of a path and the best model; None for another path."""
-        pairs = list(zip(path, self.path, strict=False))
-        if len(path) != len(self.path) or any(one not in ("*", key) for one, key in pairs):
+        """Return what is at each ``*`` of a path, or None if the path leads elsewhere."""
+        pairs = list(zip(path, self, strict=False))
+        if len(path) != len(self) or any(one not in ("*", key) for one, key in pairs):
             return None
-        return [*(key for one, key in pairs if one == "*"), self.best]
+        return [key for one, key in pairs if one == "*"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -121,7 +108,7 @@ def findings(analysis: Analysis) -> Findings:
                 numbers[cell_name(amplitude, column)] = float(value)
     level = round(1 - analysis.dataset.choices.confidence, 12)
     for name, value in _leaves(json_form.form(analysis.inference.results), ResultName()):
-        last = str(name.path[-1])
+        last = str(name[-1])
         if isinstance(value, bool):
             if last not in OF_A_COMPUTATION:
                 conclusions[name] = value
@@ -130,7 +117,7 @@ def findings(analysis: Analysis) -> Findings:
             if _concludes(last):
                 conclusions[name] = value < level
         elif isinstance(value, str) and last == BEST:
-            conclusions[replace(name, best=value)] = True
+            conclusions[ResultName((*name, value))] = True
     return Findings(
         numbers={name: value for name, value in numbers.items() if math.isfinite(value)},
         conclusions=conclusions,
@@ -147,7 +134,7 @@ def _leaves(value: Json, name: ResultName) -> Iterator[tuple[ResultName, Json]]:
         yield from _of_record(_by_surface(value), name)
     elif isinstance(value, list):
         for label, inner in zip(_labels(value), value, strict=True):
-            yield from _leaves(inner, name.below(label))
+            yield from _leaves(inner, ResultName((*name, label)))
     else:
         yield name, value
 
@@ -159,7 +146,7 @@ def _of_record(record: JsonObject, name: ResultName) -> Iterator[tuple[ResultNam
         left_out = key in LEFT_OUT and not isinstance(key, json_form.Unchanged)
         if left_out or identifies or key.startswith(PERSON) or replaced:
             continue
-        yield from _leaves(value, name.below(key))
+        yield from _leaves(value, ResultName((*name, key)))
 
 
 def _by_surface(record: JsonObject) -> JsonObject:

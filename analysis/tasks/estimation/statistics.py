@@ -91,9 +91,6 @@ class _Friedman(Statistic[omnibus.Friedman]):
     headlines = (Named("kendalls_w", "Kendall's W"),)
 
 
-FRIEDMAN = _Friedman()
-
-
 class _RmAnova(Statistic[omnibus.RmAnova]):
     key = "rm_anova"
     title = "Repeated-measures ANOVA, log estimates"
@@ -113,9 +110,6 @@ class _RmAnova(Statistic[omnibus.RmAnova]):
         "[[olejnik2003]]."
     )
     conclusions = (Named("p_gg", "{q.levels} differ (repeated-measures ANOVA of logarithms)"),)
-
-
-RM_ANOVA = _RmAnova()
 
 
 class _Pairwise(Statistic[Pairs]):
@@ -164,9 +158,6 @@ class _Pairwise(Statistic[Pairs]):
     )
 
 
-PAIRWISE = _Pairwise()
-
-
 class _PageTrend(Statistic[omnibus.PageTrend]):
     key = "page_trend"
     title = "Page's ordered trend"
@@ -176,9 +167,6 @@ class _PageTrend(Statistic[omnibus.PageTrend]):
     sentences = (Sentence(write=write.page_trend),)
     methods = "An ordered trend was tested with Page's test [[page1963]]."
     conclusions = (Named("p", "estimates {q.grow} with {q.level} (Page's test)"),)
-
-
-PAGE_TREND = _PageTrend()
 
 
 class _LinearTrend(Statistic[omnibus.LinearTrend]):
@@ -200,9 +188,6 @@ class _LinearTrend(Statistic[omnibus.LinearTrend]):
         return {"Linear trend, log estimates": found.log_slope_per_level}
 
 
-LINEAR_TREND = _LinearTrend()
-
-
 class _PowerLaw(Statistic[PowerLaw]):
     key = "power_law"
     title = "Exponent"
@@ -214,9 +199,6 @@ class _PowerLaw(Statistic[PowerLaw]):
         "{q.name} [[stevens1957]], with t-based intervals across participants."
     )
     headlines = (Named("exponent", "exponent of the power function"),)
-
-
-POWER_LAW = _PowerLaw()
 
 
 class _MixedModel(Statistic[MixedModel]):
@@ -231,9 +213,6 @@ class _MixedModel(Statistic[MixedModel]):
     )
 
 
-MIXED_MODEL = _MixedModel()
-
-
 class _RobustExponent(Statistic[RobustExponent]):
     key = "robust_exponent"
     title = "Robust exponent"
@@ -244,9 +223,6 @@ class _RobustExponent(Statistic[RobustExponent]):
         "Robust exponents are Theil–Sen slopes across trials [[sen1968]], averaged as a 20 % "
         "trimmed mean [[tukey1963]]."
     )
-
-
-ROBUST_EXPONENT = _RobustExponent()
 
 
 class _Growth(Statistic[Growth]):
@@ -261,9 +237,9 @@ class _Growth(Statistic[Growth]):
         "criterion [[hurvich1989]]."
     )
     conclusions = (
-        Named("amplitude.best", "among the growth functions, {0} fits best"),
+        Named("amplitude.best.*", "among the growth functions, {0} fits best"),
         Named(
-            "friction.best",
+            "friction.best.*",
             "among the functions of the predicted reduction in friction, {0} fits best",
         ),
         Named(
@@ -272,9 +248,6 @@ class _Growth(Statistic[Growth]):
             "from 0",
         ),
     )
-
-
-GROWTH = _Growth()
 
 
 class _BayesianGrowth(Statistic[BayesianGrowth]):
@@ -290,9 +263,6 @@ class _BayesianGrowth(Statistic[BayesianGrowth]):
         if not inputs.bayesian:
             return NotComputed("not requested (--bayesian)")
         return of_estimates(bayesian_growth)(inputs)
-
-
-BAYESIAN_GROWTH = _BayesianGrowth()
 
 
 class _Order(Statistic[OrderEffects]):
@@ -325,9 +295,6 @@ class _Order(Statistic[OrderEffects]):
         }
 
 
-ORDER = _Order()
-
-
 class _Reliability(Statistic[Reliability]):
     key = "reliability"
     title = "Test-retest reliability"
@@ -338,9 +305,6 @@ class _Reliability(Statistic[Reliability]):
         "Test-retest reliability is an intraclass correlation from variance components, with "
         "{q.levels} as a fixed effect and a jackknife across participants."
     )
-
-
-RELIABILITY = _Reliability()
 
 
 class _Normalisation(Statistic[NormalisationUsed]):
@@ -358,22 +322,19 @@ class _Normalisation(Statistic[NormalisationUsed]):
         )
 
 
-NORMALISATION = _Normalisation()
-
-
 #: All statistics, in the order of ``inference.json`` and of the results section.
 STATISTICS: tuple[Statistic[object], ...] = (
-    FRIEDMAN,
-    RM_ANOVA,
-    PAIRWISE,
-    PAGE_TREND,
-    LINEAR_TREND,
-    POWER_LAW,
-    MIXED_MODEL,
-    ROBUST_EXPONENT,
-    GROWTH,
-    BAYESIAN_GROWTH,
-    ORDER,
-    RELIABILITY,
-    NORMALISATION,
+    FRIEDMAN := _Friedman(),
+    RM_ANOVA := _RmAnova(),
+    PAIRWISE := _Pairwise(),
+    PAGE_TREND := _PageTrend(),
+    LINEAR_TREND := _LinearTrend(),
+    POWER_LAW := _PowerLaw(),
+    MIXED_MODEL := _MixedModel(),
+    ROBUST_EXPONENT := _RobustExponent(),
+    GROWTH := _Growth(),
+    BAYESIAN_GROWTH := _BayesianGrowth(),
+    ORDER := _Order(),
+    RELIABILITY := _Reliability(),
+    NORMALISATION := _Normalisation(),
 )

@@ -141,18 +141,7 @@ class _GuardedStatistic(Statistic[object]):
 
     def __init__(self, guard: _Guard, kind: str, statistic: Statistic[object]) -> None:
         self._guard, self._kind, self._statistic = guard, kind, statistic
-        for name in (
-            "key",
-            "meaning",
-            "test",
-            "title",
-            "families",
-            "sentences",
-            "methods",
-            "conclusions",
-            "headlines",
-            "parts",
-        ):
+        for name in ("parts", *Statistic.__annotations__):
             setattr(self, name, getattr(statistic, name))
 
     def __reduce__(self) -> tuple[Callable[[str, str], object], tuple[str, str]]:

@@ -193,11 +193,16 @@ def test_a_list_s_records_are_named_by_what_they_are_of():
 
 def test_a_description_names_the_elements_of_its_path_and_no_result_at_another():
     pair = ResultName(("ratings", Label(("line", "0.5")), "pairs", Label(("0", "1.2")), "p_holm"))
-    assert pair.at(("ratings", "*", "pairs", "*", "p_holm")) == [("line", "0.5"), ("0", "1.2"), ""]
+    assert pair.at(("ratings", "*", "pairs", "*", "p_holm")) == [("line", "0.5"), ("0", "1.2")]
     assert pair.at(("ratings", "*", "pairs", "*", "p")) is None
     assert pair.at(("ratings", "*", "pairs", "*")) is None
     words = {("ratings", "*", "pairs", "*", "p_holm"): "{0[0]} ({0}): {1[0]} and {1[1]} {q.unit}"}
     assert said(pair, words) == (0, "line (line - 0.5): 0 and 1.2 µm")
+    best = ResultName(("growth", "amplitude", "best", "power"))
+    assert (best.at(("growth", "amplitude", "best", "*")), str(best)) == (
+        ["power"],
+        "growth.amplitude.best: power",
+    )
     assert said(pair, {}) == (0, "ratings.line - 0.5.pairs.0 - 1.2.p_holm")
 
 
