@@ -19,6 +19,7 @@ from slipscale.analysis.preprocessing import data_quality, data_warnings, normal
 from slipscale.analysis.preprocessing.log_transform import Prepared, prepare
 from slipscale.analysis.reading.dataset import Dataset
 from slipscale.analysis.reporting.individuals import individuals
+from slipscale.analysis.reporting.notebook import DisplayedAnalysis
 from slipscale.analysis.statistics import descriptives
 from slipscale.analysis.statistics.measured_friction import measured_friction
 from slipscale.analysis.statistics.robustness import robustness
@@ -102,12 +103,12 @@ def analyse(
         bayesian=bayesian,
         kinds=kinds,
     )
-    analysis = Analysis(
+    analysis = DisplayedAnalysis(
         dataset=data,
         rule=rule,
         estimates=estimates,
         cells=cells,
-        table3=descriptives.table3(cells, choices.standard_deviation),
+        table3=descriptives.means_and_spreads(cells, choices.standard_deviation),
         description=description,
         textures=textures.describe(data.textures, data.estimates, rule, choices.standard_deviation),
         prepared=prepared,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import dataclass
 
 from markupsafe import Markup
 
@@ -33,40 +34,49 @@ FIGURE = Markup(
 )
 
 
-def text(analysis: Analysis) -> str:
-    """Summarise an analysis in a few lines of text."""
-    first = [f"{title}: {sentences[0]}" for title, sentences in conclusions(analysis).items()]
-    return "\n".join([f"Analysis of {analysis.dataset.name}", _subject(analysis), *first])
+@dataclass(frozen=True, slots=True, kw_only=True, repr=False)
+class DisplayedAnalysis(Analysis):
+    """An analysis that Python and notebooks display as a summary."""
 
+    def __repr__(self) -> str:
+        """Summarise the analysis in a few lines of text."""
+        first = [f"{title}: {sentences[0]}" for title, sentences in conclusions(self).items()]
+        return "\n".join([f"Analysis of {self.dataset.name}", _subject(self), *first])
 
-def html(analysis: Analysis) -> str:
-    """Return an HTML summary with each section's first sentence, Table III and the first figure."""
-    sentences = (
-        SENTENCE.format(title, sentences[0]) for title, sentences in conclusions(analysis).items()
-    )
-    table = figure = ""
-    if analysis.prepared is not None:
-        quantity = analysis.dataset.quantity
-        heads = (quantity.headed(quantity.name), *HEADS.values())
-        rows = (
-            (f"{amplitude:g}", str(n), *(f"{value:.2f}".replace("nan", "–") for value in values))
-            for amplitude, n, *values in analysis.table3.itertuples(index=False)
+    def _repr_html_(self) -> str:
+        """Return each section's first sentence, Table III and the first figure as HTML."""
+        sentences = (
+            SENTENCE.format(title, sentences[0]) for title, sentences in conclusions(self).items()
         )
-        table = TABLE.format(_row("th", heads), Markup("").join(_row("td", row) for row in rows))
-    if drawn := draw(analysis):
-        name, first = next(iter(drawn.items()))
-        svg = figure_style.svg(first, salt=f"notebook_{name}").replace(
-            "<svg", '<svg style="max-width: 100%; height: auto"', 1
+        table = figure = ""
+        if self.prepared is not None:
+            quantity = self.dataset.quantity
+            heads = (quantity.headed(quantity.name), *HEADS.values())
+            rows = (
+                (
+                    f"{amplitude:g}",
+                    str(n),
+                    *(f"{value:.2f}".replace("nan", "–") for value in values),
+                )
+                for amplitude, n, *values in self.table3.itertuples(index=False)
+            )
+            table = TABLE.format(
+                _row("th", heads), Markup("").join(_row("td", row) for row in rows)
+            )
+        if drawn := draw(self):
+            name, first = next(iter(drawn.items()))
+            svg = figure_style.svg(first, salt=f"notebook_{name}").replace(
+                "<svg", '<svg style="max-width: 100%; height: auto"', 1
+            )
+            figure = FIGURE.format(Markup(svg))  # noqa: S704 - matplotlib escapes
+        return str(
+            PAGE.format(
+                heading=HEADING.format(self.dataset.name, _subject(self)),
+                sentences=Markup("").join(sentences),
+                table=table,
+                figure=figure,
+            )
         )
-        figure = FIGURE.format(Markup(svg))  # noqa: S704 - matplotlib escapes
-    return str(
-        PAGE.format(
-            heading=HEADING.format(analysis.dataset.name, _subject(analysis)),
-            sentences=Markup("").join(sentences),
-            table=table,
-            figure=figure,
-        )
-    )
 
 
 def _row(kind: str, cells: Iterable[str]) -> Markup:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 
 import pandas as pd
 
@@ -83,8 +83,8 @@ def sections(
     analysis: Analysis, svgs: Mapping[str, str], software: Mapping[str, str]
 ) -> list[html.ReportSection]:
     """Return the page's sections in reading order, omitting empty sections."""
-    of_kinds = [section(analysis, svgs) for kind in analysis.kinds for section in kind.sections]
-    stated = [*answers(analysis), *(section.gist for section in of_kinds)]
+    of_kinds = [each for kind in analysis.kinds for each in kind.sections(analysis, svgs)]
+    stated = {*answers(analysis), *(text for section in of_kinds for text in section.gist)}
     found = [
         summary(analysis, svgs),
         plan(analysis),
@@ -97,7 +97,7 @@ def sections(
         methods(analysis, software),
     ]
     for section in found:
-        section.gist = _unbroken(section.gist)
+        section.gist = list(map(_unbroken, section.gist))
     return html.numbered([section for section in found if section.blocks])
 
 
@@ -111,23 +111,19 @@ def conclusions(analysis: Analysis) -> dict[str, list[str]]:
     }
 
 
-def results(analysis: Analysis, said: Sequence[str]) -> html.ReportSection:
-    """Return a section with the conclusions that do not appear in other sections."""
+def results(analysis: Analysis, stated: set[str]) -> html.ReportSection:
+    """Return a section with the conclusions that other sections do not state.
+
+    The summary states them with or without their heading.
+    """
     further = {}
     for title, texts in conclusions(analysis).items():
-        if rest := list(filter(None, (_unsaid(text, said) for text in texts))):
+        if rest := [text for text in texts if stated.isdisjoint((text, f"{title}: {text}"))]:
             further[title] = [html.paragraph(_unbroken(text), "sentence") for text in rest]
-    section = html.ReportSection("Further results, in sentences", gist=", ".join(further))
+    section = html.ReportSection("Further results, in sentences", gist=[", ".join(further)])
     for title, blocks in further.items():
         section.blocks += [html.heading(title), *blocks]
     return section
-
-
-def _unsaid(text: str, stated: Sequence[str]) -> str:
-    """Remove leading sentences that already appear in another section."""
-    for each in stated:
-        text = "" if text in each else text.removeprefix(each).strip()
-    return text
 
 
 def _unbroken(text: str) -> str:

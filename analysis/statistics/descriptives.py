@@ -17,7 +17,7 @@ FEWEST = 3
 SD_CONVENTIONS = {"sample": 1, "population": 0}
 
 
-def table3(cells: pd.DataFrame, standard_deviation: str = "sample") -> pd.DataFrame:
+def means_and_spreads(cells: pd.DataFrame, standard_deviation: str = "sample") -> pd.DataFrame:
     """Return the statistics of the paper's Table III, with one row per amplitude.
 
     Parameters
@@ -104,7 +104,7 @@ def describe(
         within_high``. The intervals of the mean and of the geometric mean are t-based.
         ``within_low`` and ``within_high`` are computed by `within_intervals`.
     """
-    table = table3(cells).rename(columns={"standard_deviation": "sd_sample"})
+    table = means_and_spreads(cells).rename(columns={"standard_deviation": "sd_sample"})
     logs = logs.reindex(columns=cells.columns)
     mean_low, mean_high = student_intervals(cells, confidence)
     low, high = student_intervals(logs, confidence)

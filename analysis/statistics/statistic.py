@@ -3,6 +3,7 @@
 A declaration contains everything about a statistic that is needed for the report, its files, a
 pre-registration and a pilot. Rules:
 
+- a statistic is the instance of its own class, so that it can be pickled;
 - if the study did not choose a statistic, or the data do not support it, its result is a
   `NotComputed` with the reason;
 - results are looked up by declaration, as in ``inference[FRIEDMAN]``, so that type checkers can
@@ -13,7 +14,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from importlib import import_module
 from typing import TYPE_CHECKING, Generic, TypeVar, cast
 
 from slipscale.analysis.statistics.not_computed import NotComputed, computed
@@ -105,26 +105,53 @@ class Sentence(Generic[T_co]):
     primary: Primary | None = None
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Statistic(Generic[T_co]):
-    """The declaration of a statistic, whose result is one entry of ``inference.json``.
+class Declaration:
+    """A definition whose content are the methods and attributes of its class.
+
+    The instance is pickled as the name of its class, and equals the copy of another process.
+    """
+
+    def __eq__(self, other: object) -> bool:
+        """Compare the classes, and attributes that were set when the instances were created."""
+        return type(self) is type(other) and vars(self) == vars(other)
+
+    def __hash__(self) -> int:
+        """Return the same value for all instances of a class."""
+        return hash(type(self))
+
+
+@dataclass(frozen=True, slots=True)
+class Named:
+    """A description of the results at a path.
 
     Parameters
+    ----------
+    path : str
+        Keys in the result of the statistic, joined by dots. ``*`` is any key, or any element of a
+        list.
+    words : str
+        Description, in which ``{0}`` is the first key or element at a ``*``, and ``{0[0]}`` the
+        first of the values that identify the element.
+    """
+
+    path: str
+    words: str
+
+
+class Statistic(Declaration, Generic[T_co]):
+    """The declaration of a statistic, whose result is one entry of ``inference.json``.
+
+    Attributes
     ----------
     key : str
         Key in ``inference.json``, which is also used in the ``tests`` of a study file.
     meaning : str
         Description of the computation, for use in a pre-registration.
-    compute : callable
-        Function that returns the result, or the reason why there is none.
     test : bool
         Whether the statistic is optional, so that a study file may omit it from ``tests``.
     title : str
         Title in the list of tests that could not be computed. If the title is empty, the statistic
         is not listed.
-    parts : callable, optional
-        Function that divides a result into parts, some of which may be `NotComputed`. The keys are
-        titles, which can contain placeholders such as ``{q.levels}``.
     families : tuple of Family
         Families of tests with p-values, listed in the report. Estimates with confidence intervals
         do not belong to a family.
@@ -133,33 +160,30 @@ class Statistic(Generic[T_co]):
     methods : str
         Sentence for the methods section, which can contain placeholders such as ``{q.levels}``, and
         references as ``[[key]]``.
-    conclusions, headlines : Mapping
-        Conclusions and main results that are summarised over simulated pilots. The keys are regular
-        expressions that match names of results, without the prefix ``key``. The values are
-        descriptions, in which ``{0}`` is the first group of the expression.
+    conclusions, headlines : tuple of Named
+        Conclusions and main results that are summarised over simulated pilots.
     """
 
     key: str
     meaning: str
-    compute: Callable[[Inputs], T_co | NotComputed]
     test: bool = True
     title: str = ""
-    parts: Callable[[T_co], Mapping[str, object]] | None = None
     families: tuple[Family[T_co], ...] = ()
     sentences: tuple[Sentence[T_co], ...] = ()
     methods: str = ""
-    conclusions: Mapping[str, str] = field(default_factory=dict)
-    headlines: Mapping[str, str] = field(default_factory=dict)
+    conclusions: tuple[Named, ...] = ()
+    headlines: tuple[Named, ...] = ()
 
-    def __reduce__(self) -> tuple[Callable[[str], object], tuple[str]]:
-        """Pickle a declaration by its key only, because its functions cannot be pickled."""
-        return _statistic_of, (self.key,)
+    def compute(self, inputs: Inputs, /) -> T_co | NotComputed:
+        """Return the result, or the reason why there is none."""
+        raise NotImplementedError
 
+    def parts(self, _found: T_co) -> Mapping[str, object]:  # type: ignore[misc]  # its own result
+        """Divide a result into parts, some of which may be `NotComputed`, keyed by title.
 
-def _statistic_of(key: str) -> object:
-    # The declarations are imported only here, because their modules import this module.
-    kinds = import_module("slipscale.analysis.tasks.outside.guard").every_kind()
-    return next(each for kind in kinds for each in kind.statistics if each.key == key)
+        Titles can contain placeholders such as ``{q.levels}``.
+        """
+        return {}
 
 
 @dataclass(frozen=True, slots=True)
@@ -208,7 +232,7 @@ class Inference:
 
 def of_estimates(
     test: Callable[[Prepared], T | NotComputed],
-) -> Callable[[Inputs], T | NotComputed]:
+) -> staticmethod[[Inputs], T | NotComputed]:
     """Adapt a test of magnitude estimates for use as `Statistic.compute`."""
 
     def compute(inputs: Inputs) -> T | NotComputed:
@@ -216,4 +240,4 @@ def of_estimates(
             return NotComputed("no magnitude estimates")
         return test(inputs.prepared)
 
-    return compute
+    return staticmethod(compute)

@@ -1,23 +1,23 @@
 """Define the result of an analysis, and the declaration of a kind of task.
 
 Each kind of task has a folder in `slipscale.analysis.tasks` or `slipscale.analysis.tasks.effects`,
-and corresponds to a `Protocol` of the session. The module ``declaration`` in this folder defines
-everything that the report and its files show about the kind of task;
-`slipscale.analysis.tasks.table` lists the declarations. Other packages declare kinds of task with
-an entry point; see `slipscale.analysis.tasks.outside`.
+and corresponds to a `Protocol` of the session. The module ``declaration`` in this folder derives a
+class from `TaskAnalysis`, which defines everything that the report and its files show about the
+kind of task; `slipscale.analysis.tasks.table` lists the declarations. Other packages declare kinds
+of task with an entry point; see `slipscale.analysis.tasks.outside`.
 
 Shared code (loading, inference, page, files, plans) loops over `Analysis.kinds` and does not refer
-to specific kinds. All functions in a declaration, except ``session_tables``, receive the whole
+to specific kinds. All methods of a declaration, except ``session_tables``, receive the whole
 `Analysis`, and all return an empty result if there are no trials.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
-from importlib import import_module
-from types import ModuleType
 from typing import TYPE_CHECKING, Literal
+
+from slipscale.analysis.statistics.statistic import Declaration
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -32,60 +32,20 @@ if TYPE_CHECKING:
     from slipscale.analysis.statistics.statistic import Inference, SessionTable, Statistic
     from slipscale.analysis.writing.html import ReportSection
 
-SectionWriter = Callable[["Analysis", Mapping[str, str]], "ReportSection"]
 
+class TaskAnalysis(Declaration):
+    """The declaration of a kind of task, as the base class of all kinds of task.
 
-def _nothing_to_say(_analysis: Analysis) -> list[str]:
-    return []
+    Every method returns an empty result unless a kind of task overrides it.
 
-
-def _nothing_titled(_analysis: Analysis) -> dict[str, list[str]]:
-    return {}
-
-
-def _no_figures(_analysis: Analysis) -> dict[str, Figure]:
-    return {}
-
-
-def _no_tables(_analysis: Analysis) -> dict[str, pd.DataFrame]:
-    return {}
-
-
-def _no_sessions(_data: Dataset, _prepared: Prepared | None) -> tuple[SessionTable, ...]:
-    return ()
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class TaskAnalysis:
-    """The declaration of a kind of task.
-
-    Parameters
+    Attributes
     ----------
     name : str
         Name of the folder that contains the declaration, or of the entry point in another package.
-    trials : TaskTrials, optional
+    trials : TaskTrials or None
         Description of the tables that contain the trials, and of how to read them.
     statistics : tuple of Statistic
         Statistics, in the order in which they are computed and written to ``inference.json``.
-    questions : callable
-        Returns the research questions with which the summary begins.
-    design : callable
-        Returns descriptions of the design, such as the numbers of trials and surfaces.
-    answers : callable
-        Returns the sentences for the summary.
-    doubts : callable
-        Returns the caveats for the summary.
-    sentences : callable
-        Returns the sentences for the results section, keyed by heading.
-    sections : tuple of callable
-        Functions that each return a report section, given the analysis and the figures (SVG text,
-        keyed by name).
-    figures : callable
-        Returns the figures, keyed by file name.
-    tables : callable
-        Returns the tables, keyed by file name.
-    session_tables : callable
-        Returns tables of measures, with one row per participant and one column per session.
     package, version : str
         Name and version of the package that provides this kind of task. Empty for Slipscale's own
         kinds of task.
@@ -94,27 +54,44 @@ class TaskAnalysis:
     name: str
     trials: TaskTrials | None = None
     statistics: tuple[Statistic[object], ...] = ()
-    questions: Callable[[Analysis], list[str]] = _nothing_to_say
-    design: Callable[[Analysis], list[str]] = _nothing_to_say
-    answers: Callable[[Analysis], list[str]] = _nothing_to_say
-    doubts: Callable[[Analysis], list[str]] = _nothing_to_say
-    sentences: Callable[[Analysis], Mapping[str, list[str]]] = _nothing_titled
-    sections: tuple[SectionWriter, ...] = ()
-    figures: Callable[[Analysis], Mapping[str, Figure]] = _no_figures
-    tables: Callable[[Analysis], Mapping[str, pd.DataFrame]] = _no_tables
-    session_tables: Callable[[Dataset, Prepared | None], Iterable[SessionTable]] = _no_sessions
     package: str = ""
     version: str = ""
 
-    def __reduce__(self) -> tuple[Callable[[str], object], tuple[str]]:
-        """Pickle only the name, because the functions of a declaration cannot be pickled."""
-        return _kind_named, (self.name,)
+    def questions(self, _analysis: Analysis, /) -> list[str]:
+        """Return the research questions with which the summary begins."""
+        return []
 
+    def design(self, _analysis: Analysis, /) -> list[str]:
+        """Return descriptions of the design, such as the numbers of trials and surfaces."""
+        return []
 
-def _kind_named(name: str) -> object:
-    # Imported when unpickling, because the declarations import this module.
-    table = import_module("slipscale.analysis.tasks.outside.guard")
-    return next(kind for kind in table.every_kind() if kind.name == name)
+    def answers(self, _analysis: Analysis, /) -> list[str]:
+        """Return the sentences for the summary."""
+        return []
+
+    def doubts(self, _analysis: Analysis, /) -> list[str]:
+        """Return the caveats for the summary."""
+        return []
+
+    def sentences(self, _analysis: Analysis, /) -> Mapping[str, list[str]]:
+        """Return the sentences for the results section, keyed by heading."""
+        return {}
+
+    def sections(self, _analysis: Analysis, _svgs: Mapping[str, str]) -> Iterable[ReportSection]:
+        """Return the sections of the report, given the figures (SVG text, keyed by name)."""
+        return ()
+
+    def figures(self, _analysis: Analysis, /) -> Mapping[str, Figure]:
+        """Return the figures, keyed by file name."""
+        return {}
+
+    def tables(self, _analysis: Analysis, /) -> Mapping[str, pd.DataFrame]:
+        """Return the tables, keyed by file name."""
+        return {}
+
+    def session_tables(self, _data: Dataset, _prepared: Prepared | None) -> Iterable[SessionTable]:
+        """Return tables of measures, with one row per participant and one column per session."""
+        return ()
 
 
 DeviationKind = Literal[
@@ -169,7 +146,7 @@ class PlanCheck:
     deviations: tuple[Deviation, ...]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True, kw_only=True, repr=False)
 class Analysis:
     """Everything that `slipscale.analysis.pipeline.analyse` computes.
 
@@ -233,15 +210,3 @@ class Analysis:
     kinds: tuple[TaskAnalysis, ...] = ()
     plan: PlanCheck | None = None
     problems: tuple[str, ...] = ()
-
-    def __repr__(self) -> str:
-        """Return a short summary in plain text."""
-        return str(self._displays().text(self))
-
-    def _repr_html_(self) -> str:
-        """Return an HTML summary for notebooks."""
-        return str(self._displays().html(self))
-
-    def _displays(self) -> ModuleType:
-        # Imported when needed, because the module for reports imports this module.
-        return import_module("slipscale.analysis.reporting.notebook")

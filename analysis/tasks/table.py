@@ -34,7 +34,7 @@ from slipscale.analysis.tasks.similarity.sorting import declaration as sorting
 from slipscale.analysis.tasks.thresholds import declaration as thresholds
 from slipscale.experiments.study.analysis_choices import Test
 
-KINDS = (
+KINDS: tuple[TaskAnalysis, ...] = (
     estimation.ANALYSIS,
     sessions.ANALYSIS,
     groups.ANALYSIS,

@@ -36,8 +36,8 @@ class ReportSection:
     blocks: list[Markup] = field(default_factory=list)
     #: State on screen: "always" (cannot be closed), "open" or "closed". In print, all are open.
     shown: Literal["always", "open", "closed"] = "closed"
-    #: A sentence that is shown even if the section is closed.
-    gist: str = ""
+    #: Sentences that are shown even if the section is closed.
+    gist: list[str] = field(default_factory=list)
 
     @property
     def name(self) -> str:

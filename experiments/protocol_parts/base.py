@@ -10,7 +10,6 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
-from functools import partial
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import AfterValidator, Field
@@ -207,6 +206,18 @@ def _of_its_name(record: TrialRecord, name: str = "") -> Value:
     return truth(value) if isinstance(value, bool) else value
 
 
+@dataclass(frozen=True, slots=True)
+class Given:
+    """A function with its last arguments; unlike a `partial`, it equals its unpickled copy."""
+
+    function: Callable[..., Any]
+    arguments: tuple[object, ...]
+
+    def __call__(self, *first: object) -> Any:
+        """Call the function."""
+        return self.function(*first, *self.arguments)
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Column:
     """A column of the data set: its value for each trial, and its sidecar description.
@@ -237,10 +248,14 @@ class Column:
     as_stated: bool = False
 
 
+def _never(_options: object) -> bool:
+    return False
+
+
 def _read_by_name(columns: Mapping[str, Column]) -> dict[str, Column]:
     """Fill columns without ``value`` with the trial factor or answer of the same name."""
     return {
-        name: replace(column, value=partial(_of_its_name, name=name))
+        name: replace(column, value=Given(_of_its_name, (name,)))
         if column.value is _of_its_name
         else column
         for name, column in columns.items()
@@ -290,9 +305,9 @@ class Protocol:
     response : Mapping
         Columns after the plate's readback: the answers, by question name, and the values needed to
         interpret the answers.
-    intervals : callable, optional
-        Returns the number of intervals per trial, given the options. Each interval has its own
-        columns, which replace the columns for a single surface.
+    intervals : int or callable
+        Number of intervals per trial, or a function that returns it, given the options. Each
+        interval has its own columns, which replace the columns for a single surface.
     amplitudes : tuple of str
         The options that contain an amplitude; the plate must be able to produce all these
         amplitudes. These options, and no others, have names that end in ``_level`` or ``_levels``.
@@ -338,12 +353,12 @@ class Protocol:
     design: Mapping[str, Column] = field(default_factory=dict)
     stimulus: Mapping[str, Column] = field(default_factory=dict)
     response: Mapping[str, Column]
-    intervals: Callable[[Any], int] | None = None
+    intervals: int | Callable[[Any], int] = 0
     amplitudes: tuple[str, ...] = ()
     possible_levels: Callable[[Any, Context], Iterable[float]] | None = None
     finest_level: Callable[[Any, Context], tuple[float, float]] | None = None
     check: Callable[[Any, Context], None] | None = None
-    needs_position: Callable[[Any], bool] = lambda _options: False
+    needs_position: Callable[[Any], bool] = _never
     textures: bool = False
     interval_columns: int = 0
     package: str = ""
@@ -399,7 +414,7 @@ class Protocol:
 
     def for_task(self, options: Options) -> Protocol:
         """Return a copy with the label and number of intervals for a task's options."""
-        shown = self.intervals(options) if self.intervals else 0
+        shown = self.intervals(options) if callable(self.intervals) else self.intervals
         return replace(self, task=options.label or self.task, interval_columns=shown)
 
     def most(self, options: Options, context: Context) -> int:

@@ -64,7 +64,7 @@ def guarded(protocol: Protocol, point: EntryPoint) -> Protocol:
         )
     if protocol.most_trials is not None:
         optional["most_trials"] = counted(protocol.most_trials, "most_trials")
-    if protocol.intervals is not None:
+    if callable(protocol.intervals):
         optional["intervals"] = counted(protocol.intervals, "intervals")
     return replace(
         protocol,

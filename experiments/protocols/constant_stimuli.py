@@ -236,7 +236,7 @@ PROTOCOL = Protocol(
             levels={"true": "the comparison", "false": "the standard"},
         ),
     },
-    intervals=lambda _: SECOND,
+    intervals=SECOND,
     amplitudes=("standard_level", "comparison_levels"),
     possible_levels=possible_levels,
     finest_level=finest_level,

@@ -25,7 +25,7 @@ from slipscale.experiments.protocol_parts.base import (
 from slipscale.experiments.protocol_parts.building_blocks.pacing import PacedOptions
 from slipscale.experiments.protocol_parts.building_blocks.repeating import Repeating, part_over
 from slipscale.experiments.protocol_parts.ordering.randomisation import with_catch_steps
-from slipscale.experiments.protocol_parts.simulated_answers import any_choice
+from slipscale.experiments.protocol_parts.simulated_answers import SimulatedPerson, any_choice
 from slipscale.experiments.steps.questions import ChoiceQuestion, TextQuestion, YesNoQuestion
 from slipscale.experiments.steps.replies import Answer, Reply, Voided
 from slipscale.experiments.steps.steps import (
@@ -39,7 +39,7 @@ from slipscale.experiments.steps.steps import (
     Step,
     Steps,
 )
-from slipscale.experiments.steps.trial import Trial
+from slipscale.experiments.steps.trial import Trial, Value
 from slipscale.faults.frozen_table import setting
 from slipscale.stimuli.surface import Stimulus
 
@@ -188,6 +188,18 @@ def _felt(record: TrialRecord) -> str | None:
     return None if answer is None else "yes" if answer else "no"
 
 
+def _notices(_: object, person: SimulatedPerson) -> bool:
+    return person.notices()
+
+
+def _reports(_: object, person: SimulatedPerson) -> Value:
+    return person.verbal_report()
+
+
+def _amplitude_before(record: TrialRecord) -> float | None:
+    return _amplitude(record.before)
+
+
 PROTOCOL = Protocol(
     task=TASK,
     title="Descending difference",
@@ -202,8 +214,8 @@ PROTOCOL = Protocol(
     instructions="descending_difference.instructions",
     amplitudes=("start_level",),
     simulated={
-        "difference_felt": lambda _, person: person.notices(),
-        "verbal_report": lambda _, person: person.verbal_report(),
+        "difference_felt": _notices,
+        "verbal_report": _reports,
         "confidence": any_choice,
     },
     design={
@@ -214,7 +226,7 @@ PROTOCOL = Protocol(
     },
     stimulus={
         "level_before": Column(
-            value=lambda record: _amplitude(record.before),
+            value=_amplitude_before,
             description="{q.in_full_title} before the step{q.behind}",
             units="{q.bids}",
         ),

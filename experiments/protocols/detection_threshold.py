@@ -16,6 +16,7 @@ from slipscale.experiments.protocol_parts.building_blocks.forced_choice import (
     ForcedChoice,
     ForcedChoiceOptions,
     expected_trials,
+    intervals_of,
     most_trials,
 )
 from slipscale.experiments.steps.steps import Steps
@@ -66,7 +67,7 @@ PROTOCOL = Protocol(
     design=DESIGN,
     stimulus=STIMULUS,
     response=RESPONSE,
-    intervals=lambda options: options.intervals,
+    intervals=intervals_of,
     amplitudes=("start_level", "lowest_level", "highest_level"),
     possible_levels=possible_levels,
     finest_level=finest_level,

@@ -24,6 +24,7 @@ from slipscale.experiments.protocol_parts.building_blocks.forced_choice import (
     ForcedChoice,
     ForcedChoiceOptions,
     expected_trials,
+    intervals_of,
     most_trials,
 )
 from slipscale.experiments.steps.rounding import rounded
@@ -118,7 +119,7 @@ PROTOCOL = Protocol(
         **STIMULUS,
     },
     response=RESPONSE,
-    intervals=lambda options: options.intervals,
+    intervals=intervals_of,
     amplitudes=("standard_level", "start_level", "lowest_level", "highest_level"),
     possible_levels=possible_levels,
     finest_level=finest_level,

@@ -18,7 +18,7 @@ from slipscale.experiments.protocol_parts.base import (
     Positive,
     Protocol,
 )
-from slipscale.experiments.protocol_parts.building_blocks.comparing import name_of
+from slipscale.experiments.protocol_parts.building_blocks.comparing import surface_name
 from slipscale.experiments.protocol_parts.building_blocks.rated_surfaces import (
     BLOCK,
     Presentation,
@@ -144,7 +144,7 @@ PROTOCOL = Protocol(
     design=BLOCK,
     stimulus={
         "presented": Column(
-            value=lambda record: name_of(record.surface) if record.surface else None,
+            value=surface_name,
             kind="label",
             description="The presented surface, given as its {q.name} in {q.unit_in_full}",
         ),

@@ -252,7 +252,7 @@ PROTOCOL = ProtocolDeclaration(
             levels={"true": "different", "false": "the same"},
         ),
     },
-    intervals=lambda _: PAIR,
+    intervals=PAIR,
     amplitudes=("standard_level", "lowest_level", "highest_level", "step_level"),
     possible_levels=possible_levels,
     finest_level=finest_level,

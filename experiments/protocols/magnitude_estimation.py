@@ -11,7 +11,14 @@ from typing import Literal
 
 from pydantic import ValidationInfo, field_validator
 
-from slipscale.experiments.protocol_parts.base import Amplitude, Column, Context, Positive, Protocol
+from slipscale.experiments.protocol_parts.base import (
+    Amplitude,
+    Column,
+    Context,
+    Positive,
+    Protocol,
+    TrialRecord,
+)
 from slipscale.experiments.protocol_parts.building_blocks.rated_surfaces import (
     BLOCK,
     TEXTURE,
@@ -21,9 +28,11 @@ from slipscale.experiments.protocol_parts.building_blocks.rated_surfaces import 
     surface_blocks,
     surface_trials,
 )
+from slipscale.experiments.protocol_parts.simulated_answers import SimulatedPerson
 from slipscale.experiments.steps.questions import NumberQuestion
 from slipscale.experiments.steps.replies import Answer
 from slipscale.experiments.steps.steps import Ask, Explore, Instruct, Present, Silence, Step, Steps
+from slipscale.experiments.steps.trial import Value
 from slipscale.faults.frozen_table import setting
 from slipscale.faults.message import Message
 
@@ -120,6 +129,18 @@ class _Run(RatedSurfaces):
         )
 
 
+def _estimate(_: object, person: SimulatedPerson) -> float:
+    return person.estimate()
+
+
+def _scale_top(_: object, person: SimulatedPerson) -> float:
+    return person.scale_top
+
+
+def _scale_top_of_run(record: TrialRecord) -> Value:
+    return record.run_answers.get("scale_top")
+
+
 PROTOCOL = Protocol(
     task=TASK,
     title="Magnitude estimation of {q.judged}",
@@ -135,8 +156,8 @@ PROTOCOL = Protocol(
     amplitudes=("standard_level",),
     textures=True,
     simulated={
-        "estimate": lambda _, person: person.estimate(),
-        "scale_top": lambda _, person: person.scale_top,
+        "estimate": _estimate,
+        "scale_top": _scale_top,
     },
     design=BLOCK,
     stimulus=TEXTURE,
@@ -145,7 +166,7 @@ PROTOCOL = Protocol(
             description="Magnitude estimate of {q.judged} as typed, on the participant's own scale"
         ),
         "scale_top": Column(
-            value=lambda record: record.run_answers.get("scale_top"),
+            value=_scale_top_of_run,
             description=(
                 "Number that the participant would assign to the most {q.adjective} surface "
                 "imaginable, asked before the run"

@@ -215,6 +215,10 @@ def _bound(record: TrialRecord) -> str | None:
     return "lowest" if reached < low + step else "highest" if reached > high - step else "none"
 
 
+def _intervals(options: MagnitudeProduction) -> int:
+    return JUDGED if options.in_each_trial else STANDARD
+
+
 PROTOCOL = Protocol(
     task="magnitudeproduction",
     title="Magnitude production of {q.judged}",
@@ -260,5 +264,5 @@ PROTOCOL = Protocol(
             },
         ),
     },
-    intervals=lambda options: JUDGED if options.in_each_trial else STANDARD,
+    intervals=_intervals,
 )

@@ -21,6 +21,7 @@ from slipscale.experiments.protocol_parts.base import (
     Positive,
     Protocol,
     Switch,
+    TrialRecord,
     truth,
 )
 from slipscale.experiments.protocol_parts.building_blocks.adjusting import adjusted_columns
@@ -235,6 +236,19 @@ class _Run(IntervalTask[_Match]):
         return again
 
 
+def _catch(record: TrialRecord) -> str | None:
+    return truth(record.trial.factors["direction"] == EQUAL)
+
+
+def _felt_again(record: TrialRecord) -> float | None:
+    found = record.answers.get("matched_level")
+    return None if found is None else float(len(found["again_s"]))
+
+
+def _finest_level(options: Matching, context: Context) -> tuple[float, float]:
+    return options.nearest_start_level, max(options.references(context))
+
+
 PROTOCOL = Protocol(
     task="matching",
     title="Matching by adjustment",
@@ -259,7 +273,7 @@ PROTOCOL = Protocol(
             },
         ),
         "catch": Column(
-            value=lambda record: truth(record.trial.factors["direction"] == EQUAL),
+            value=_catch,
             kind="label",
             description="Whether the trial is a catch trial",
             levels={"true": "a catch trial", "false": "a match"},
@@ -268,23 +282,16 @@ PROTOCOL = Protocol(
     response={
         **adjusted_columns("matched_level", "{q.title} set by the participant"),
         "felt_again": Column(
-            value=lambda record: (
-                float(len(record.answers["matched_level"]["again_s"]))
-                if "matched_level" in record.answers
-                else None
-            ),
+            value=_felt_again,
             description="Number of times the reference was presented again during the adjustment",
         ),
     },
-    intervals=lambda _: TURNED,
+    intervals=TURNED,
     amplitudes=(
         *("reference_levels", "step_level", "nearest_start_level", "furthest_start_level"),
         *("lowest_level", "highest_level"),
     ),
     possible_levels=possible_levels,
-    finest_level=lambda options, context: (
-        options.nearest_start_level,
-        max(options.references(context)),
-    ),
+    finest_level=_finest_level,
     check=check,
 )

@@ -113,6 +113,10 @@ def _answer(step: Ask, person: SimulatedPerson) -> float:
     return float(1 + person.pick([abs(second - first), abs(third - second)]))
 
 
+def _intervals(options: PairedComparison) -> int:
+    return SIZE[options.form]
+
+
 PROTOCOL = Protocol(
     task="pairedcomparison",
     title="Paired comparison of {q.judged}",
@@ -135,7 +139,7 @@ PROTOCOL = Protocol(
             "third surface)"
         ),
     },
-    intervals=lambda options: SIZE[options.form],
+    intervals=_intervals,
     textures=True,
     check=check,
 )

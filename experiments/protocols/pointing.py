@@ -24,6 +24,7 @@ from slipscale.experiments.protocol_parts.base import (
     Column,
     Context,
     Count,
+    Given,
     Options,
     Positive,
     Protocol,
@@ -328,11 +329,17 @@ def _answer(step: Ask, person: SimulatedPerson) -> str:
 
 
 def _selected(name: str, description: str, units: str) -> Column:
-    def value(record: TrialRecord) -> float | None:
-        found = Selection.of(record.answer("selection"))
-        return None if found is None else float(getattr(found, name))
-
+    value = Given(_selected_value, (name,))
     return Column(value=value, kind="number", description=description, units=units)
+
+
+def _selected_value(record: TrialRecord, name: str) -> float | None:
+    found = Selection.of(record.answer("selection"))
+    return None if found is None else float(getattr(found, name))
+
+
+def _needs_position(options: Pointing) -> bool:
+    return ON_TARGET in options.feedback
 
 
 def _hit(record: TrialRecord) -> str | None:
@@ -416,5 +423,5 @@ PROTOCOL = Protocol(
     amplitudes=("target_level", "ground_level"),
     possible_levels=possible_levels,
     check=check,
-    needs_position=lambda options: ON_TARGET in options.feedback,
+    needs_position=_needs_position,
 )

@@ -22,6 +22,7 @@ from slipscale.experiments.protocol_parts.building_blocks.rated_surfaces import 
     surface_blocks,
     with_catch_trials,
 )
+from slipscale.experiments.protocol_parts.simulated_answers import SimulatedPerson
 from slipscale.experiments.steps.questions import NumberQuestion
 from slipscale.experiments.steps.replies import Answer
 from slipscale.experiments.steps.steps import Ask, Instruct, Present, Silence, Step, Steps
@@ -96,6 +97,14 @@ class _Run(AgainstStandard):
         return (yield from self.over(trial, reply))
 
 
+def _ratio(_: object, person: SimulatedPerson) -> float:
+    return person.ratio()
+
+
+def _intervals(options: RatioToStandard) -> int:
+    return JUDGED if options.in_each_trial else 0
+
+
 PROTOCOL = Protocol(
     task="ratiotostandard",
     title="Ratio judgements of {q.judged} against a standard",
@@ -109,7 +118,7 @@ PROTOCOL = Protocol(
     answer="ratio",
     instructions="ratio_to_standard.instructions",
     amplitudes=("standard_level",),
-    simulated={"ratio": lambda _, person: person.ratio()},
+    simulated={"ratio": _ratio},
     design=DESIGN_COLUMNS,
     stimulus={
         **STANDARD_COLUMN,
@@ -125,5 +134,5 @@ PROTOCOL = Protocol(
             )
         ),
     },
-    intervals=lambda options: JUDGED if options.in_each_trial else 0,
+    intervals=_intervals,
 )

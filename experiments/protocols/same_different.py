@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from itertools import combinations
 
-from slipscale.experiments.protocol_parts.base import AtLeastOne, Column, Context, Protocol
+from slipscale.experiments.protocol_parts.base import AtLeastOne, Column, Context, Given, Protocol
 from slipscale.experiments.protocol_parts.building_blocks.comparing import (
     DESIGN,
     PAIR,
@@ -90,7 +90,7 @@ PROTOCOL = Protocol(
             levels={"true": "different", "false": "the same"},
         ),
     },
-    intervals=lambda _: PAIR,
+    intervals=PAIR,
     textures=True,
-    check=enough_surfaces("same_different", PAIR),
+    check=Given(enough_surfaces, ("same_different", PAIR)),
 )

@@ -10,7 +10,14 @@ from __future__ import annotations
 
 from itertools import combinations
 
-from slipscale.experiments.protocol_parts.base import AtLeastOne, Column, Context, Protocol, Switch
+from slipscale.experiments.protocol_parts.base import (
+    AtLeastOne,
+    Column,
+    Context,
+    Given,
+    Protocol,
+    Switch,
+)
 from slipscale.experiments.protocol_parts.building_blocks.comparing import (
     DESIGN,
     PAIR,
@@ -117,7 +124,7 @@ PROTOCOL = Protocol(
             )
         ),
     },
-    intervals=lambda _: PAIR,
+    intervals=PAIR,
     textures=True,
-    check=enough_surfaces("similarity", FEWEST),
+    check=Given(enough_surfaces, ("similarity", FEWEST)),
 )

@@ -13,8 +13,18 @@ from typing import Annotated
 
 from pydantic import Field
 
-from slipscale.experiments.protocol_parts.base import AtLeastOne, Column, Context, Count, Protocol
-from slipscale.experiments.protocol_parts.building_blocks.comparing import enough_surfaces, name_of
+from slipscale.experiments.protocol_parts.base import (
+    AtLeastOne,
+    Column,
+    Context,
+    Count,
+    Given,
+    Protocol,
+)
+from slipscale.experiments.protocol_parts.building_blocks.comparing import (
+    enough_surfaces,
+    surface_name,
+)
 from slipscale.experiments.protocol_parts.building_blocks.rated_surfaces import (
     BLOCK,
     TEXTURE,
@@ -110,7 +120,7 @@ PROTOCOL = Protocol(
     stimulus={
         "texture": TEXTURE["texture"],
         "item": Column(
-            value=lambda record: name_of(record.surface) if record.surface else None,
+            value=surface_name,
             kind="label",
             description=(
                 "Surface, given as its {q.name} in {q.unit_in_full} or as the texture's name"
@@ -125,5 +135,5 @@ PROTOCOL = Protocol(
         ),
     },
     textures=True,
-    check=enough_surfaces("sorting", FEWEST),
+    check=Given(enough_surfaces, ("sorting", FEWEST)),
 )

@@ -19,7 +19,7 @@ FOLDERS = ("src", "analysis", "experiments", "faults", "figure_style", "hardware
 CODE = dict(re.findall(r"^```python file=(\S+)\n(.*?)^```", PAGE, re.MULTILINE | re.DOTALL))
 # Where the lines of a recipe go in a file that exists already.
 BEFORE = {
-    "analysis/tasks/estimation/declaration.py": "    return drawn\n",
+    "analysis/tasks/estimation/declaration.py": "        return drawn\n",
     "experiments/study/tables.py": "    per_person: Amount",
     "analysis/tasks/estimation/figures.py": "",
 }
@@ -48,7 +48,13 @@ def copy(tmp_path_factory):
     one = "from slipscale.analysis.tasks.estimation.range_of_means import RANGE_OF_MEANS\n"
     first = text.index("from slipscale.")
     text = text[:first] + one + text[first:]
-    path.write_text(text.replace("    FRIEDMAN,\n", "    FRIEDMAN,\n    RANGE_OF_MEANS,\n", 1))
+    path.write_text(
+        text.replace(
+            "STATISTICS: tuple[Statistic[object], ...] = (\n",
+            "STATISTICS: tuple[Statistic[object], ...] = (\n    RANGE_OF_MEANS,\n",
+            1,
+        )
+    )
     return root
 
 

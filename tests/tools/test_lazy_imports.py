@@ -1,13 +1,11 @@
 """An import inside a function has one of three reasons."""
 
-import ast
 from functools import cache
-from pathlib import Path
 
 import pytest
 
-ROOT = Path(__file__).parents[2]
-FOLDERS = ("analysis", "experiments", "faults", "figure_style", "hardware", "stimuli")
+from tests.support.own_modules import FOLDERS, MODULES, imported
+
 # 1. Packages that take long to import, are optional, or exist on some systems only.
 HEAVY = {
     *("difflib", "distributed", "docx", "jax", "jinja2", "joblib", "lxml", "matplotlib", "nidaqmx"),
@@ -18,46 +16,6 @@ HEAVY = {
 }
 # 2. Commands and the lazy API, which import what they run.
 COMMANDS = ("slipscale", "slipscale.commands", "slipscale.requirements", "slipscale.analysis.api")
-
-
-def name_of(path):
-    parts = path.with_suffix("").parts
-    return ".".join(["slipscale", *(parts[:-1] if parts[-1] == "__init__" else parts)])
-
-
-def modules():
-    """Return the tree of each module, keyed by its name."""
-    found = {}
-    for folder, places in (("src/slipscale", ("",)), ("", FOLDERS)):
-        for place in places:
-            base = ROOT / folder
-            paths = base.glob("*.py") if folder else (base / place).rglob("*.py")
-            for path in paths:
-                if "scripts" not in path.parts:
-                    tree = ast.parse(path.read_text(encoding="utf-8"))
-                    name = name_of(path.relative_to(base))
-                    found[name.removesuffix(".__init__")] = tree
-    return found
-
-
-MODULES = modules()
-
-
-def imported(body, *, inside=False):
-    """Yield (inside a function, line, module) for each import that runs."""
-    for node in body:
-        if isinstance(node, ast.Import):
-            yield from ((inside, node.lineno, each.name) for each in node.names)
-        elif isinstance(node, ast.ImportFrom):
-            names = [f"{node.module}.{each.name}" for each in node.names]
-            for name in names:
-                yield inside, node.lineno, name if name in MODULES else node.module
-        elif isinstance(node, ast.If) and "TYPE_CHECKING" in ast.unparse(node.test):
-            yield from imported(node.orelse, inside=inside)
-        else:
-            within = inside or isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef)
-            for part in ("body", "orelse", "finalbody", "handlers"):
-                yield from imported(getattr(node, part, ()), inside=within)
 
 
 @cache

@@ -2,11 +2,13 @@
 
 import subprocess
 from collections import defaultdict
-from pathlib import Path, PurePosixPath
+from graphlib import TopologicalSorter
+from pathlib import PurePosixPath
 
 import pytest
 
-ROOT = Path(__file__).parents[2]
+from tests.support.own_modules import MODULES, ROOT, imported, imported_by_name
+
 AT_MOST = 20
 # Folders that contain one file or folder per thing, as CONTRIBUTING promises: they may grow.
 LISTS = {
@@ -45,3 +47,28 @@ def test_a_folder_has_at_most_20_children(children):
         if len(names) > AT_MOST and name not in LISTS
     }
     assert too_many == {}
+
+
+def test_no_modules_import_one_another_in_a_circle():
+    # Imports inside functions and by name count: they only hide a circle.
+    imports = {
+        module: {
+            *(name for _, _, name in imported(tree.body)),
+            *(name for _, name in imported_by_name(tree)),
+        }
+        for module, tree in MODULES.items()
+    }
+    assert len(imports) > 700
+    # The package itself imports what its lazy functions are asked for.
+    ours = {each: (names & MODULES.keys()) - {each, "slipscale"} for each, names in imports.items()}
+    TopologicalSorter(ours).prepare()  # raises CycleError, which names a circle
+
+
+def test_no_module_imports_one_of_ours_by_name():
+    found = [
+        (module, *each)
+        for module, tree in MODULES.items()
+        for each in imported_by_name(tree)
+        if str(each[1]).startswith("slipscale")
+    ]
+    assert found == []

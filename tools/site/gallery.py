@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING
 from slipscale.analysis.preregistration.registry import design
 from slipscale.analysis.reporting.methods_text import cited
 from slipscale.analysis.tasks.effects.factors.declaration import ANALYSIS as FACTORS
+from slipscale.analysis.tasks.kind import TaskAnalysis
 from slipscale.analysis.tasks.table import KINDS
 from slipscale.experiments.dataset.schema import columns
 from slipscale.experiments.protocol_parts.registry import load_protocol
@@ -126,7 +127,7 @@ def _remarks(keys: str) -> Iterator[tuple[str, str]]:
 
 def _methods(study: Study) -> Iterator[str]:
     estimated = any(isinstance(options, MagnitudeEstimation) for options in study.tasks)
-    kinds = [FACTORS] if study.factors and estimated else []
+    kinds: list[TaskAnalysis] = [FACTORS] if study.factors and estimated else []
     for options in study.tasks:
         named = columns(load_protocol(options.protocol).for_task(options))
         header = frozenset(PLATE_AMPLITUDE.in_code[name] for name in named)

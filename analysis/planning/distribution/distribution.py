@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from slipscale.analysis.planning.distribution.names import CONCLUSIONS, HEADLINES, said
-from slipscale.analysis.planning.distribution.numbers import TABLE3
+from slipscale.analysis.planning.distribution.numbers import TABLE3, ResultName, cell_name
 from slipscale.analysis.planning.power.outcome import Share
 
 if TYPE_CHECKING:
@@ -26,14 +26,14 @@ class Spread:
 
     Parameters
     ----------
-    name : str
+    name : ResultName
         See `slipscale.analysis.planning.distribution.numbers.Findings`.
     studies : int
         Number of studies that produced the result.
     p5, median, p95 : float
     """
 
-    name: str
+    name: ResultName
     studies: int
     p5: float
     median: float
@@ -51,7 +51,7 @@ class Conclusion:
 
     Parameters
     ----------
-    name : str
+    name : ResultName
         See `slipscale.analysis.planning.distribution.numbers.Findings`.
     words : str
     share : Share
@@ -59,7 +59,7 @@ class Conclusion:
         counts as a study in which the conclusion does not hold.
     """
 
-    name: str
+    name: ResultName
     words: str
     share: Share
 
@@ -108,20 +108,15 @@ class Distribution:
         return Counter(each.refused for each in self.results if each.refused)
 
     @property
-    def by_name(self) -> dict[str, Spread]:
+    def by_name(self) -> dict[ResultName, Spread]:
         """The numeric results, keyed by name."""
         return {spread.name: spread for spread in self.numbers}
 
     @property
     def levels(self) -> list[float]:
         """Amplitudes in Table III, ascending; empty if there are no magnitude estimates."""
-        head, tail = f"{TABLE3}.", ".mean"
-        names = [spread.name for spread in self.numbers]
-        return sorted(
-            float(name.removeprefix(head).removesuffix(tail))
-            for name in names
-            if name.startswith(head) and name.endswith(tail)
-        )
+        names = (spread.name.at((TABLE3, "*", "mean")) for spread in self.numbers)
+        return sorted(float(str(name[0])) for name in names if name)
 
     @property
     def headlines(self) -> list[tuple[Spread, str]]:
@@ -138,19 +133,10 @@ class Distribution:
         """Return the distribution of one Table III cell, or None if no study has a value."""
         return self.by_name.get(cell_name(level, statistic))
 
-    def values(self, name: str) -> list[float]:
+    def values(self, name: ResultName) -> list[float]:
         """Return the value of a numeric result from each study that has one."""
         found = [each.found.numbers.get(name) for each in self.results]
         return [value for value in found if value is not None]
-
-
-def cell_name(level: float, statistic: str) -> str:
-    """Return the name of a cell in Table III.
-
-    >>> cell_name(0.5, "mean")
-    'table3.0.5.mean'
-    """
-    return f"{TABLE3}.{level:g}.{statistic}"
 
 
 def distribution(studies: ManyStudies, found: Sequence[StudyResult]) -> Distribution:
@@ -185,7 +171,7 @@ def distribution(studies: ManyStudies, found: Sequence[StudyResult]) -> Distribu
     )
 
 
-def _spread(name: str, found: Sequence[StudyResult]) -> Spread:
+def _spread(name: ResultName, found: Sequence[StudyResult]) -> Spread:
     values = [each.found.numbers[name] for each in found if name in each.found.numbers]
     p5, median, p95 = np.percentile(values, PERCENTILES).tolist()
     return Spread(name=name, studies=len(values), p5=p5, median=median, p95=p95)

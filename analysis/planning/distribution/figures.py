@@ -6,7 +6,8 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from slipscale.analysis.planning.distribution.distribution import Distribution, cell_name
+from slipscale.analysis.planning.distribution.distribution import Distribution
+from slipscale.analysis.planning.distribution.numbers import cell_name
 from slipscale.analysis.published import biet2007
 from slipscale.analysis.writing.axes import amplitude_axis
 from slipscale.figure_style import BLUE, GREY, PALE, VERMILION, canvas, styled

@@ -20,12 +20,14 @@ from slipscale.analysis.planning.distribution.figures import (
     curves_figure,
     results_figure,
 )
+from slipscale.analysis.planning.distribution.numbers import ResultName
 from slipscale.analysis.planning.distribution.terminal import percent, sentences, values
 from slipscale.analysis.writing import html
 from slipscale.analysis.writing.csv_file import write_csv
 from slipscale.faults import UserError
 from slipscale.figure_style import save, svg
 from slipscale.stimuli.level_names import path_in_file
+from slipscale.stimuli.quantity import Quantity
 
 PAGE = "distribution.html"
 
@@ -77,7 +79,7 @@ def write_distribution(folder: Path, found: Distribution) -> Path:
 
 def _tables(found: Distribution) -> dict[str, pd.DataFrame]:
     """Return tables of spreads, proportions and all studies' results, keyed by file name."""
-    named = partial(path_in_file, names=found.quantity.in_file)
+    named = partial(_in_file, found.quantity)
     return {
         "numbers": pd.DataFrame(
             [(named(s.name), s.studies, s.median, s.p5, s.p95) for s in found.numbers],
@@ -100,9 +102,13 @@ def _tables(found: Distribution) -> dict[str, pd.DataFrame]:
     }
 
 
+def _in_file(quantity: Quantity, name: ResultName) -> str:
+    return path_in_file(str(name), quantity.in_file)
+
+
 def _record(found: Distribution) -> dict[str, object]:
     """Return the content of distribution.json."""
-    named = partial(path_in_file, names=found.quantity.in_file)
+    named = partial(_in_file, found.quantity)
     return {
         "study": found.study,
         "participants": found.participants,
@@ -163,11 +169,7 @@ def _sections(found: Distribution, figures: dict[str, Figure]) -> list[html.Repo
             )
         )
         other.blocks.append(_spreads([(w, *values(s)) for s, w in found.headlines], "Main"))
-    rows = [
-        (path_in_file(s.name, found.quantity.in_file), *values(s))
-        for s in found.numbers
-        if s.varies
-    ]
+    rows = [(_in_file(found.quantity, s.name), *values(s)) for s in found.numbers if s.varies]
     other.blocks.append(html.details(f"All {len(rows)} numbers", [_spreads(rows, "All")]))
     return [s for s in (table, _conclusions(found), other) if s.blocks]
 

@@ -5,28 +5,37 @@ Results without a description are listed under their internal name.
 
 from __future__ import annotations
 
-import re
+from collections.abc import Mapping
 
+from slipscale.analysis.planning.distribution.numbers import ResultName
 from slipscale.analysis.tasks.table import STATISTICS
 from slipscale.stimuli.quantity import PLATE_AMPLITUDE, Quantity
 
-#: Descriptions of conclusions in order of display, keyed by a pattern for the name.
-CONCLUSIONS = {
-    rf"{each.key}\.{name}": words for each in STATISTICS for name, words in each.conclusions.items()
+#: Descriptions in order of display, keyed by path.
+Words = Mapping[tuple[str, ...], str]
+#: Descriptions of conclusions.
+CONCLUSIONS: Words = {
+    (each.key, *named.path.split(".")): named.words
+    for each in STATISTICS
+    for named in each.conclusions
 }
-#: Descriptions of the results that are plotted and listed first, keyed by a pattern for the name.
-HEADLINES = {
-    rf"{each.key}\.{name}": words for each in STATISTICS for name, words in each.headlines.items()
+#: Descriptions of the results that are plotted and listed first.
+HEADLINES: Words = {
+    (each.key, *named.path.split(".")): named.words
+    for each in STATISTICS
+    for named in each.headlines
 }
 
 
-def said(name: str, table: dict[str, str], quantity: Quantity = PLATE_AMPLITUDE) -> tuple[int, str]:
-    """Look up a result's name in a table of patterns; return its position and description.
+def said(name: ResultName, table: Words, quantity: Quantity = PLATE_AMPLITUDE) -> tuple[int, str]:
+    """Look up a result in a table of descriptions; return its position and description.
 
-    >>> said("pairwise.0 - 0.5.p_holm", CONCLUSIONS)[1]
+    >>> from slipscale.analysis.planning.distribution.numbers import Label
+    >>> name = ResultName(("pairwise", Label(("0", "0.5")), "p_holm"))
+    >>> said(name, CONCLUSIONS)[1]
     '0 and 0.5 µm differ (paired t test of logarithms, Holm)'
     """
-    for place, (pattern, words) in enumerate(table.items()):
-        if match := re.fullmatch(pattern, name):
-            return place, words.format(*match.groups(), q=quantity)
-    return len(table), name
+    for place, (path, words) in enumerate(table.items()):
+        if (found := name.at(path)) is not None:
+            return place, words.format(*found, q=quantity)
+    return len(table), str(name)

@@ -7,7 +7,7 @@ Results for single participants are omitted, because every study has different p
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from slipscale.analysis import json_form
@@ -44,6 +44,34 @@ BOUNDS = ("low", "high")
 OF_AN_INTERVAL = ("ci", "ci95", "interval")
 
 
+class Label(tuple[str, ...]):
+    """The values that identify an element of a list."""
+
+    __slots__ = ()
+
+    def __str__(self) -> str:
+        """Join the values, without repetitions."""
+        return " - ".join(dict.fromkeys(self))
+
+
+class ResultName(tuple[str | Label, ...]):
+    """Keys and labels that lead to a result. The name of the best model follows the key `BEST`."""
+
+    __slots__ = ()
+
+    def __str__(self) -> str:
+        """Return the name as it is written to files."""
+        *first, last = map(str, self)
+        return ".".join(first) + (": " if BEST in first[-1:] else ".") + last
+
+    def at(self, path: Sequence[str]) -> list[str | Label] | None:
+        """Return what is at each ``*`` of a path, or None if the path leads elsewhere."""
+        pairs = list(zip(path, self, strict=False))
+        if len(path) != len(self) or any(one not in ("*", key) for one, key in pairs):
+            return None
+        return [key for one, key in pairs if one == "*"]
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Findings:
     """Numeric results and conclusions from one study.
@@ -51,28 +79,36 @@ class Findings:
     Parameters
     ----------
     numbers : Mapping
-        Available numeric results, keyed by name (such as ``table3.0.5.mean`` or
-        ``power_law.exponent``).
+        Available numeric results (such as ``table3.0.5.mean`` or ``power_law.exponent``).
     conclusions : Mapping
-        Whether each conclusion holds (a p-value is significant, or a statement is true), keyed by
-        name (such as ``friedman.p``).
+        Whether each conclusion holds (a p-value is significant, or a statement is true), such as
+        ``friedman.p``.
     """
 
-    numbers: Mapping[str, float] = field(default_factory=dict)
-    conclusions: Mapping[str, bool] = field(default_factory=dict)
+    numbers: Mapping[ResultName, float] = field(default_factory=dict)
+    conclusions: Mapping[ResultName, bool] = field(default_factory=dict)
+
+
+def cell_name(level: float, statistic: str) -> ResultName:
+    """Return the name of a cell in Table III.
+
+    >>> str(cell_name(0.5, "mean"))
+    'table3.0.5.mean'
+    """
+    return ResultName((TABLE3, f"{level:g}", statistic))
 
 
 def findings(analysis: Analysis) -> Findings:
     """Return all numeric results and conclusions of an analysis."""
-    numbers: dict[str, float] = {}
-    conclusions: dict[str, bool] = {}
+    numbers: dict[ResultName, float] = {}
+    conclusions: dict[ResultName, bool] = {}
     if analysis.prepared is not None:
         for amplitude, *values in analysis.table3.itertuples(index=False):
-            for name, value in zip(analysis.table3.columns[1:], values, strict=True):
-                numbers[f"{TABLE3}.{amplitude:g}.{name}"] = float(value)
+            for column, value in zip(analysis.table3.columns[1:], values, strict=True):
+                numbers[cell_name(amplitude, column)] = float(value)
     level = round(1 - analysis.dataset.choices.confidence, 12)
-    for name, value in _leaves(json_form.form(analysis.inference.results)):
-        last = name.rpartition(".")[2]
+    for name, value in _leaves(json_form.form(analysis.inference.results), ResultName()):
+        last = str(name[-1])
         if isinstance(value, bool):
             if last not in OF_A_COMPUTATION:
                 conclusions[name] = value
@@ -81,7 +117,7 @@ def findings(analysis: Analysis) -> Findings:
             if _concludes(last):
                 conclusions[name] = value < level
         elif isinstance(value, str) and last == BEST:
-            conclusions[f"{name}: {value}"] = True
+            conclusions[ResultName((*name, value))] = True
     return Findings(
         numbers={name: value for name, value in numbers.items() if math.isfinite(value)},
         conclusions=conclusions,
@@ -92,25 +128,25 @@ def _concludes(key: str) -> bool:
     return "p" in key.split("_") and key not in NOT_CONCLUDED
 
 
-def _leaves(value: Json, name: str = "") -> Iterator[tuple[str, Json]]:
+def _leaves(value: Json, name: ResultName) -> Iterator[tuple[ResultName, Json]]:
     """Yield the name and value of each result in a nested record."""
     if isinstance(value, dict):
         yield from _of_record(_by_surface(value), name)
     elif isinstance(value, list):
         for label, inner in zip(_labels(value), value, strict=True):
-            yield from _leaves(inner, f"{name}.{label}")
+            yield from _leaves(inner, ResultName((*name, label)))
     else:
         yield name, value
 
 
-def _of_record(record: JsonObject, name: str) -> Iterator[tuple[str, Json]]:
+def _of_record(record: JsonObject, name: ResultName) -> Iterator[tuple[ResultName, Json]]:
     for key, value in record.items():
         replaced = any(other in record for other in CORRECTED.get(key, ()))
         identifies = key in IDENTIFIERS and not isinstance(value, dict)
         left_out = key in LEFT_OUT and not isinstance(key, json_form.Unchanged)
         if left_out or identifies or key.startswith(PERSON) or replaced:
             continue
-        yield from _leaves(value, f"{name}.{key}" if name else key)
+        yield from _leaves(value, ResultName((*name, key)))
 
 
 def _by_surface(record: JsonObject) -> JsonObject:
@@ -135,7 +171,7 @@ def _by_surface(record: JsonObject) -> JsonObject:
     }
 
 
-def _labels(values: list[Json]) -> list[str]:
+def _labels(values: list[Json]) -> Sequence[str | Label]:
     """Name the elements of a list: by identifier, as low and high, or by number from 1."""
     numbered = [str(number) for number in range(1, len(values) + 1)]
     if len(values) == len(BOUNDS) and not any(isinstance(value, dict | list) for value in values):
@@ -144,9 +180,8 @@ def _labels(values: list[Json]) -> list[str]:
     return named if all(named) and len(set(named)) == len(named) else numbered
 
 
-def _identified(value: Json) -> str:
+def _identified(value: Json) -> Label:
     if not isinstance(value, dict):
-        return ""
+        return Label()
     parts = [value[key] for key in IDENTIFIERS if value.get(key) is not None]
-    words = (f"{part:g}" if isinstance(part, float) else str(part) for part in parts)
-    return " - ".join(dict.fromkeys(words))
+    return Label(f"{part:g}" if isinstance(part, float) else str(part) for part in parts)

@@ -46,8 +46,8 @@ def assumptions(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSection:
             f"at least one {quantity.level}."
         )
     if texts:
-        section.gist, *rest = texts
-        section.blocks.append(html.bullets(rest))
+        section.gist = texts[:1]
+        section.blocks.append(html.bullets(texts[1:]))
     section.blocks.append(
         html.figure(
             svgs["residuals"],

@@ -30,7 +30,7 @@ def normalisations(analysis: Analysis) -> ReportSection:
     section = ReportSection("Other normalisations")
     if not analysis.sensitivity:
         return section
-    section.gist = _invariance(analysis)
+    section.gist = [_invariance(analysis)]
     amplitudes, value = list(analysis.sensitivity[0].mean), analysis.dataset.quantity.value
     # Rules with the same results share a row.
     rules: dict[tuple[str, ...], list[RuleSummary]] = {}

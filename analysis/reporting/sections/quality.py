@@ -46,7 +46,7 @@ def quality(analysis: Analysis) -> ReportSection:
     section.blocks += [html.paragraph(text) for text in _counted(analysis)]
     flags = analysis.flags
     flagged = flags[flags.any(axis=1)]
-    section.gist = (
+    section.gist.append(
         f"{counted(len(flagged), 'participant was', 'participants were')} flagged and "
         f"{len(analysis.excluded)} excluded."
         if len(flagged) or analysis.excluded

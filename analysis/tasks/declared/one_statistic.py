@@ -1,9 +1,9 @@
-"""Declare a kind of task that has a single statistic."""
+"""Declare a kind of task that has one result per task."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar
+from collections.abc import Iterable, Mapping, Sequence
+from typing import TYPE_CHECKING, Generic, TypeAlias, TypeVar, cast
 
 import pandas as pd
 
@@ -11,6 +11,7 @@ from slipscale.analysis.tasks.kind import Analysis, TaskAnalysis
 from slipscale.analysis.writing import html
 from slipscale.analysis.writing.html import ReportSection
 from slipscale.analysis.writing.numbers import counted
+from slipscale.analysis.writing.task_names import task_name
 
 if TYPE_CHECKING:
     from markupsafe import Markup
@@ -18,147 +19,133 @@ if TYPE_CHECKING:
 
     from slipscale.analysis.json_form import JsonObject
     from slipscale.analysis.reading.labelled_tasks import TaskTrials
-    from slipscale.analysis.statistics.statistic import Statistic
     from slipscale.stimuli.quantity import Quantity
 
-R = TypeVar("R")
 T = TypeVar("T")
-TaskTexts: TypeAlias = "Callable[[T, float, Quantity], list[str]]"
+Svgs: TypeAlias = Mapping[str, str]
+Figures: TypeAlias = "Mapping[str, Figure]"
+Blocks: TypeAlias = "list[Markup]"
 
 
-def _none(_task: object, _level: float, _quantity: Quantity) -> list[str]:
-    return []
+class OneStatistic(TaskAnalysis, Generic[T]):
+    """A kind of task whose first statistic has one result per task.
 
+    The methods ``task_...`` describe the result of one task. The question and the heading are
+    format strings with the quantity of the levels as ``q``.
 
-def _concluding(
-    answers: TaskTexts[T], remarks: TaskTexts[T], named: Callable[[T, Quantity], str] | None
-) -> TaskTexts[T]:
-    """Return a function that writes a task's answers, followed by its remarks in one paragraph.
-
-    If ``named`` is given, the paragraph begins with the task's name.
-    """
-
-    def write(task: T, level: float, quantity: Quantity) -> list[str]:
-        further = " ".join(remarks(task, level, quantity))
-        lead = f"{named(task, quantity)}: " if named else ""
-        return [*answers(task, level, quantity), *([lead + further] if further else [])]
-
-    return write
-
-
-def _design(count: int, what: str) -> list[str]:
-    return [counted(count, f"{what} trial", f"{what} trials")] if count else []
-
-
-def _heading(name: str, head: str) -> list[Markup]:
-    """Return the task's heading, or nothing if it would repeat the section's heading."""
-    return [] if name == head else [html.heading(name)]
-
-
-def of_one_statistic(
-    name: str,
-    trials: TaskTrials,
-    statistic: Statistic[R],
-    *,
-    tasks: Callable[[R], Iterable[T]] = tuple,  # type: ignore[assignment]  # of a tuple
-    question: str,
-    what: str,
-    title: str,
-    named: Callable[[T, Quantity], str],
-    answers: TaskTexts[T],
-    remarks: TaskTexts[T] = _none,
-    doubts: TaskTexts[T] = _none,
-    heading: str = "",
-    blocks: Callable[[T, Mapping[str, str], float, Quantity], list[Markup]],
-    figures: Callable[[T, pd.DataFrame, Quantity], Mapping[str, Figure]],
-    rows: Callable[[T], Sequence[JsonObject]],
-    **others: Any,
-) -> TaskAnalysis:
-    """Declare a kind of task from functions that describe the result for one task.
-
-    Every callable except ``tasks`` is called once per task. Every callable except ``tasks`` and
-    ``rows`` receives the quantity of the levels as its last argument. The question and the heading
-    are format strings with the quantity as ``q``.
-
-    Parameters
+    Attributes
     ----------
-    tasks : callable
-        Function that splits the statistic's result into one result per task. It can be omitted if
-        the result is a sequence with one item per task.
     question, what, title : str
         Question for the summary, name of the trials (such as "matching"), and heading of the
         sentences in the results section.
-    named : callable
-        Returns the name of a task, with its label and condition.
-    answers, remarks, doubts : callable
-        Return sentences for the summary, additional sentences for the results section, and caveats,
-        given the result and the confidence level.
     heading : str
         Heading of the section. The default is ``title``.
-    blocks : callable
-        Returns the content of the section, given the result, the figures and the confidence level
-        in %.
-    figures : callable
-        Returns figures, keyed by file name, given the task's result and the trials of all tasks.
-    rows : callable
-        Returns rows of the CSV table. Column names are for amplitudes in µm; for another stimulus
-        quantity, the columns are renamed.
-    others : object
-        Further fields of `TaskAnalysis`.
     """
 
-    def results(analysis: Analysis) -> Iterable[T]:
-        found = analysis.inference.found(statistic)
-        return () if found is None else tasks(found)
+    trials: TaskTrials
+    question: str
+    what: str
+    title: str
+    heading: str = ""
 
-    def asked(analysis: Analysis) -> list[str]:
-        found = analysis.inference.found(statistic)
-        return [] if found is None else [question.format(q=analysis.dataset.quantity)]
+    def task_name(self, task: T, _quantity: Quantity, /) -> str:
+        """Return the name of a task, with its label and condition."""
+        return task_name(self.title, task.task)  # type: ignore[attr-defined]  # or it is overridden
 
-    def written(analysis: Analysis, write: TaskTexts[T]) -> list[str]:
+    def task_answer(self, task: T, confidence: float, quantity: Quantity, /) -> str:
+        """Return the sentence for the summary."""
+        raise NotImplementedError
+
+    def task_answers(self, task: T, confidence: float, quantity: Quantity, /) -> list[str]:
+        """Return all sentences for the summary."""
+        return [self.task_answer(task, confidence, quantity)]
+
+    def task_remarks(self, _task: T, _confidence: float, _quantity: Quantity, /) -> list[str]:
+        """Return additional sentences for the results section."""
+        return []
+
+    def task_doubts(self, _task: T, _confidence: float, _quantity: Quantity, /) -> list[str]:
+        """Return caveats."""
+        return []
+
+    def task_blocks(self, task: T, svgs: Svgs, percent: float, quantity: Quantity, /) -> Blocks:
+        """Return the content of the section, given the figures and the confidence level in %."""
+        raise NotImplementedError
+
+    def task_figures(self, task: T, trials: pd.DataFrame, quantity: Quantity, /) -> Figures:
+        """Return figures, keyed by file name, given the trials of all tasks."""
+        raise NotImplementedError
+
+    def task_rows(self, task: T) -> Sequence[JsonObject]:
+        """Return rows of the CSV table.
+
+        Column names are for amplitudes in µm; for another quantity, the columns are renamed.
+        """
+        raise NotImplementedError
+
+    def tasks(self, analysis: Analysis) -> Sequence[T]:
+        """Return the results, one per task."""
+        found = analysis.inference.found(self.statistics[0])
+        return cast("Sequence[T]", () if found is None else found)
+
+    def questions(self, analysis: Analysis) -> list[str]:
+        """Return the question, if there is a result."""
+        if analysis.inference.found(self.statistics[0]) is None:
+            return []
+        return [self.question.format(q=analysis.dataset.quantity)]
+
+    def design(self, analysis: Analysis) -> list[str]:
+        """Return the number of trials."""
+        count = len(analysis.dataset.of(self.trials))
+        return [counted(count, f"{self.what} trial", f"{self.what} trials")] if count else []
+
+    def answers(self, analysis: Analysis) -> list[str]:
+        """Return the answers of all tasks."""
         level, quantity = analysis.dataset.choices.confidence, analysis.dataset.quantity
-        return [text for task in results(analysis) for text in write(task, level, quantity)]
+        tasks = self.tasks(analysis)
+        return [text for task in tasks for text in self.task_answers(task, level, quantity)]
 
-    def concluded(analysis: Analysis) -> dict[str, list[str]]:
-        several = len(list(results(analysis))) > 1
-        of_task = _concluding(answers, remarks, named if several else None)
-        return {title: written(analysis, of_task)}
+    def doubts(self, analysis: Analysis) -> list[str]:
+        """Return the caveats of all tasks."""
+        level, quantity = analysis.dataset.choices.confidence, analysis.dataset.quantity
+        tasks = self.tasks(analysis)
+        return [text for task in tasks for text in self.task_doubts(task, level, quantity)]
 
-    def drawn(analysis: Analysis) -> Mapping[str, Figure]:
-        own, quantity = analysis.dataset.of(trials), analysis.dataset.quantity
-        return {
-            name: figure
-            for task in results(analysis)
-            for name, figure in figures(task, own, quantity).items()
-        }
+    def sentences(self, analysis: Analysis) -> Mapping[str, list[str]]:
+        """Return each task's answers, and its remarks in a paragraph that names the task."""
+        level, quantity = analysis.dataset.choices.confidence, analysis.dataset.quantity
+        tasks, texts = self.tasks(analysis), []
+        for task in tasks:
+            lead = f"{self.task_name(task, quantity)}: " if len(tasks) > 1 else ""
+            texts += self.task_answers(task, level, quantity)
+            if further := " ".join(self.task_remarks(task, level, quantity)):
+                texts.append(lead + further)
+        return {self.title: texts}
 
-    def tables(analysis: Analysis) -> dict[str, pd.DataFrame]:
-        if analysis.inference.found(statistic) is None:
+    def figures(self, analysis: Analysis) -> Mapping[str, Figure]:
+        """Return the figures of all tasks."""
+        trials, quantity = analysis.dataset.of(self.trials), analysis.dataset.quantity
+        found: dict[str, Figure] = {}
+        for task in self.tasks(analysis):
+            found |= self.task_figures(task, trials, quantity)
+        return found
+
+    def tables(self, analysis: Analysis) -> Mapping[str, pd.DataFrame]:
+        """Return one table with the rows of all tasks."""
+        if analysis.inference.found(self.statistics[0]) is None:
             return {}
-        table = pd.DataFrame([row for task in results(analysis) for row in rows(task)])
-        return {name: analysis.dataset.quantity.columns(table)}
+        rows = [row for task in self.tasks(analysis) for row in self.task_rows(task)]
+        return {self.name: analysis.dataset.quantity.columns(pd.DataFrame(rows))}
 
-    def section(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSection:
+    def sections(self, analysis: Analysis, svgs: Mapping[str, str]) -> Iterable[ReportSection]:
+        """Return a section with the content of all tasks."""
         closed = analysis.prepared is not None  # magnitude estimates come first in the report
-        quantity, level = analysis.dataset.quantity, 100 * analysis.dataset.choices.confidence
-        head = (heading or title).format(q=quantity)
+        quantity, percent = analysis.dataset.quantity, 100 * analysis.dataset.choices.confidence
+        head = (self.heading or self.title).format(q=quantity)
         written = ReportSection(head, shown="closed" if closed else "open")
-        for task in results(analysis):
-            written.blocks += _heading(named(task, quantity), head)
-            written.blocks += blocks(task, svgs, level, quantity)
-        return written
-
-    return TaskAnalysis(
-        name=name,
-        trials=trials,
-        statistics=(statistic,),
-        questions=asked,
-        design=lambda analysis: _design(len(analysis.dataset.of(trials)), what),
-        answers=lambda analysis: written(analysis, answers),
-        doubts=lambda analysis: written(analysis, doubts),
-        sentences=concluded,
-        sections=(section,),
-        figures=drawn,
-        tables=tables,
-        **others,
-    )
+        for task in self.tasks(analysis):
+            name = self.task_name(task, quantity)
+            # A heading that would repeat the section's heading is omitted.
+            written.blocks += [] if name == head else [html.heading(name)]
+            written.blocks += self.task_blocks(task, svgs, percent, quantity)
+        return [written]

@@ -7,7 +7,6 @@ from collections.abc import Callable, Iterator
 import numpy as np
 import pandas as pd
 
-from slipscale.analysis.preprocessing.log_transform import Prepared
 from slipscale.analysis.reading.dataset import Dataset
 from slipscale.analysis.reading.labelled_tasks import TaskTrials
 from slipscale.analysis.reading.task_tables import by_task
@@ -28,17 +27,17 @@ def logarithms(values: pd.Series[float]) -> pd.Series[float]:
 
 
 def mean_by_session(
-    trials: TaskTrials, what: str, unit: str, value: Callable[[pd.DataFrame], pd.Series[float]]
-) -> Callable[[Dataset, Prepared | None], Iterator[SessionTable]]:
-    """Return a function that yields a table of session means for each task, without catch trials.
+    data: Dataset,
+    trials: TaskTrials,
+    what: str,
+    unit: str,
+    value: Callable[[pd.DataFrame], pd.Series[float]],
+) -> Iterator[SessionTable]:
+    """Yield a table of session means for each task, without catch trials.
 
     ``what`` and ``unit`` are format strings with the quantity as ``q``.
     """
-
-    def tables(data: Dataset, _prepared: Prepared | None) -> Iterator[SessionTable]:
-        for task, rows in by_task(data.of(trials)):
-            main = rows[~rows["catch"]] if "catch" in rows else rows
-            name = f"{task}, {what.format(q=data.quantity)}"
-            yield name, unit.format(q=data.quantity), by_session(main.assign(value=value(main)))
-
-    return tables
+    for task, rows in by_task(data.of(trials)):
+        main = rows[~rows["catch"]] if "catch" in rows else rows
+        name = f"{task}, {what.format(q=data.quantity)}"
+        yield name, unit.format(q=data.quantity), by_session(main.assign(value=value(main)))

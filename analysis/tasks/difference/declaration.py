@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
 
 import pandas as pd
@@ -18,6 +18,7 @@ from slipscale.analysis.tasks.difference import figures, section, sentences
 from slipscale.analysis.tasks.difference.reading import TRIALS
 from slipscale.analysis.tasks.difference.statistics import DIFFERENCE
 from slipscale.analysis.tasks.kind import Analysis, TaskAnalysis
+from slipscale.analysis.writing.html import ReportSection
 from slipscale.analysis.writing.numbers import counted
 from slipscale.experiments.dataset.schema import PARTICIPANT
 from slipscale.stimuli.quantity import capitalised
@@ -54,89 +55,77 @@ def _empty(cells: pd.Series[Any]) -> bool:
     return bool(cells.isna().all() or (cells.astype(str) == "").all())
 
 
-def _questions(analysis: Analysis) -> list[str]:
-    if analysis.inference.found(DIFFERENCE) is None:
-        return []
-    quantity = analysis.dataset.quantity
-    return [
-        f"Do participants feel a step down in {quantity.name}, and how do they describe it?"
-        if quantity.stepped
-        else f"How does “{quantity.yes}” depend on {quantity.name}?"
-    ]
+class _Difference(TaskAnalysis):
+    name = "difference"
+    trials = TRIALS
+    statistics = (DIFFERENCE,)
+
+    def questions(self, analysis: Analysis) -> list[str]:
+        if analysis.inference.found(DIFFERENCE) is None:
+            return []
+        quantity = analysis.dataset.quantity
+        return [
+            f"Do participants feel a step down in {quantity.name}, and how do they describe it?"
+            if quantity.stepped
+            else f"How does “{quantity.yes}” depend on {quantity.name}?"
+        ]
+
+    def design(self, analysis: Analysis) -> list[str]:
+        found = analysis.inference.found(DIFFERENCE)
+        if found is None:
+            return []
+        words = analysis.dataset.quantity.yes_no
+        down = counted(sum(step.n for step in found.steps), *words.down)
+        return [f"{down} and {counted(found.catch.n, *words.catch)}"]
+
+    def answers(self, analysis: Analysis) -> list[str]:
+        found = analysis.inference.found(DIFFERENCE)
+        if found is None:
+            return []
+        data = analysis.dataset
+        return sentences.answer(found, data.choices.confidence, data.quantity)
+
+    def doubts(self, analysis: Analysis) -> list[str]:
+        found = analysis.inference.found(DIFFERENCE)
+        if found is None or not isinstance(found.signal_detection, NotComputed):
+            return []
+        return [f"Sensitivity was not computed: {found.signal_detection.reason}."]
+
+    def sentences(self, analysis: Analysis) -> Mapping[str, list[str]]:
+        data = analysis.dataset
+        return {
+            capitalised(data.quantity.yes_no.name): sentences.difference_sentences(
+                analysis.inference[DIFFERENCE], data.choices.confidence, data.quantity
+            )
+        }
+
+    def sections(self, analysis: Analysis, svgs: Mapping[str, str]) -> Iterable[ReportSection]:
+        return [section.difference(analysis, svgs)]
+
+    def figures(self, analysis: Analysis) -> Mapping[str, Figure]:
+        found, data = analysis.inference.found(DIFFERENCE), analysis.dataset
+        if found is None or not found.steps:
+            return {}
+        return {
+            "difference": figures.difference(
+                found, data.differences, confidence=data.choices.confidence, quantity=data.quantity
+            )
+        }
+
+    def tables(self, analysis: Analysis) -> Mapping[str, pd.DataFrame]:
+        found = analysis.inference.found(DIFFERENCE)
+        if found is None:
+            return {}
+        named = analysis.dataset.quantity.columns
+        steps = {"difference": named(flat(found.steps))} if found.steps else {}
+        return {"answers": named(answers_table(analysis)), **steps}
+
+    def session_tables(self, data: Dataset, _prepared: Prepared | None) -> Iterator[SessionTable]:
+        steps = data.differences
+        if len(steps):
+            changed = steps[~steps["catch"]]
+            table = by_session(changed.assign(value=changed["difference_felt"].astype(float)))
+            yield f"{data.quantity.yes_no.name}, “{data.quantity.yes}” on changes", "share", table
 
 
-def _design(analysis: Analysis) -> list[str]:
-    found = analysis.inference.found(DIFFERENCE)
-    if found is None:
-        return []
-    words = analysis.dataset.quantity.yes_no
-    down = counted(sum(step.n for step in found.steps), *words.down)
-    return [f"{down} and {counted(found.catch.n, *words.catch)}"]
-
-
-def _answers(analysis: Analysis) -> list[str]:
-    found = analysis.inference.found(DIFFERENCE)
-    if found is None:
-        return []
-    data = analysis.dataset
-    return sentences.answer(found, data.choices.confidence, data.quantity)
-
-
-def _doubts(analysis: Analysis) -> list[str]:
-    found = analysis.inference.found(DIFFERENCE)
-    if found is None or not isinstance(found.signal_detection, NotComputed):
-        return []
-    return [f"Sensitivity was not computed: {found.signal_detection.reason}."]
-
-
-def _sentences(analysis: Analysis) -> Mapping[str, list[str]]:
-    data = analysis.dataset
-    return {
-        capitalised(data.quantity.yes_no.name): sentences.difference_sentences(
-            analysis.inference[DIFFERENCE], data.choices.confidence, data.quantity
-        )
-    }
-
-
-def _figures(analysis: Analysis) -> Mapping[str, Figure]:
-    found, data = analysis.inference.found(DIFFERENCE), analysis.dataset
-    if found is None or not found.steps:
-        return {}
-    return {
-        "difference": figures.difference(
-            found, data.differences, confidence=data.choices.confidence, quantity=data.quantity
-        )
-    }
-
-
-def _tables(analysis: Analysis) -> Mapping[str, pd.DataFrame]:
-    found = analysis.inference.found(DIFFERENCE)
-    if found is None:
-        return {}
-    named = analysis.dataset.quantity.columns
-    steps = {"difference": named(flat(found.steps))} if found.steps else {}
-    return {"answers": named(answers_table(analysis)), **steps}
-
-
-def _session_tables(data: Dataset, _prepared: Prepared | None) -> Iterator[SessionTable]:
-    steps = data.differences
-    if len(steps):
-        changed = steps[~steps["catch"]]
-        table = by_session(changed.assign(value=changed["difference_felt"].astype(float)))
-        yield f"{data.quantity.yes_no.name}, “{data.quantity.yes}” on changes", "share", table
-
-
-ANALYSIS = TaskAnalysis(
-    name="difference",
-    trials=TRIALS,
-    statistics=(DIFFERENCE,),
-    questions=_questions,
-    design=_design,
-    answers=_answers,
-    doubts=_doubts,
-    sentences=_sentences,
-    sections=(section.difference,),
-    figures=_figures,
-    tables=_tables,
-    session_tables=_session_tables,
-)
+ANALYSIS = _Difference()

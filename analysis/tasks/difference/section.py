@@ -47,9 +47,8 @@ def difference(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSection:
     if not found or "difference" not in svgs:
         return section
     if quantity.stepped:
-        section.gist = sentences.psychometric(
-            found.psychometric, analysis.dataset.choices.confidence, quantity
-        )
+        confidence = analysis.dataset.choices.confidence
+        section.gist = [sentences.psychometric(found.psychometric, confidence, quantity)]
     section.blocks.append(
         html.figure(
             svgs["difference"],

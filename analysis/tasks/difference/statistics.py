@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from slipscale.analysis.reading.delimited import read_tables
 from slipscale.analysis.statistics.not_computed import NotComputed
-from slipscale.analysis.statistics.statistic import Family, Inputs, Statistic
+from slipscale.analysis.statistics.statistic import Family, Inputs, Named, Statistic
 from slipscale.analysis.tasks.difference.coder_agreement import agreement
 from slipscale.analysis.tasks.difference.verbal_coding import SHIPPED, load_codebook
 from slipscale.analysis.tasks.difference.yes_no import DescendingDifference, analyse_differences
@@ -32,27 +32,29 @@ def _curves(found: DescendingDifference) -> list[float]:
     return [one.p for one in (found.psychometric, found.weber) if one]
 
 
-def _compute(inputs: Inputs) -> DescendingDifference | NotComputed:
-    return difference(inputs.data)
+class _Difference(Statistic[DescendingDifference]):
+    key = "difference"
+    meaning = "descending difference: proportions of “yes”, d′, curves and verbal reports"
+    families = (Family(name="slope of the curve of “{q.yes}”", read=_curves),)
+    methods = (
+        "Proportions of “{q.yes}” have Clopper–Pearson intervals; repeated answers are weighted by "
+        "their effective sample size [[korn1998]]. The probability of “{q.yes}” was modelled as a "
+        "logistic function of {q.yes_no.size}, fitted by generalised estimating equations with an "
+        "exchangeable within-participant correlation [[liang1986]], small-sample standard errors "
+        "[[mancl2001]] and Fieller's interval for the midpoint. Sensitivity (d′) comes from a "
+        "probit model that includes participant effects, with profile-likelihood intervals; "
+        "individual d′ and c values use the log-linear correction [[hautus1995]]."
+    )
+    conclusions = (
+        Named("finding.all_felt_a_difference", "everybody felt a difference at least once"),
+        Named("finding.all_said_less_slippery", "everybody said “less slippery”"),
+        Named("psychometric.p", "the answer “yes” depends on the size of the step"),
+        Named("weber.p", "the answer “yes” depends on the Weber fraction of the step"),
+    )
+    headlines = (Named("d_prime", "d′ of the descending difference"),)
+
+    def compute(self, inputs: Inputs) -> DescendingDifference | NotComputed:
+        return difference(inputs.data)
 
 
-DIFFERENCE: Statistic[DescendingDifference] = Statistic(
-    key="difference",
-    meaning="descending difference: proportions of “yes”, d′, curves and verbal reports",
-    compute=_compute,
-    families=(Family(name="slope of the curve of “{q.yes}”", read=_curves),),
-    methods="Proportions of “{q.yes}” have Clopper–Pearson intervals; repeated answers are "
-    "weighted by their effective sample size [[korn1998]]. The probability of “{q.yes}” was "
-    "modelled as a logistic function of {q.yes_no.size}, fitted by generalised estimating "
-    "equations with an exchangeable within-participant correlation [[liang1986]], small-sample "
-    "standard errors [[mancl2001]] and Fieller's interval for the midpoint. Sensitivity (d′) comes "
-    "from a probit model that includes participant effects, with profile-likelihood intervals; "
-    "individual d′ and c values use the log-linear correction [[hautus1995]].",
-    conclusions={
-        r"finding\.all_felt_a_difference": "everybody felt a difference at least once",
-        r"finding\.all_said_less_slippery": "everybody said “less slippery”",
-        r"psychometric\.p": "the answer “yes” depends on the size of the step",
-        r"weber\.p": "the answer “yes” depends on the Weber fraction of the step",
-    },
-    headlines={"d_prime": "d′ of the descending difference"},
-)
+DIFFERENCE = _Difference()

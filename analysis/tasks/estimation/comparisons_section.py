@@ -46,7 +46,8 @@ def comparisons(analysis: Analysis, _svgs: Mapping[str, str]) -> ReportSection:
     if pairs:
         choices = analysis.dataset.choices
         other = apa.pairwise_logs if choices.primary == "ranks" else apa.pairwise_ranks
-        section.gist = other(pairs, choices.confidence, quantity) or ""
+        if text := other(pairs, choices.confidence, quantity):
+            section.gist = [text]
         level = f"{100 * analysis.dataset.choices.confidence:g} %"
         section.blocks.append(
             html.table(
@@ -178,7 +179,6 @@ def _parts(inference: Inference) -> dict[str, object]:
     titled = [statistic for statistic in table if statistic.title]
     parts: dict[str, object] = {each.title: inference[each] for each in titled}
     for statistic in titled:
-        found = inference.found(statistic)
-        if found is not None and statistic.parts is not None:
+        if (found := inference.found(statistic)) is not None:
             parts |= statistic.parts(found)
     return parts

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 
 import pandas as pd
 from matplotlib.figure import Figure
@@ -39,36 +39,8 @@ from slipscale.analysis.tasks.estimation.statistics import (
     STATISTICS,
 )
 from slipscale.analysis.tasks.kind import Analysis, TaskAnalysis
+from slipscale.analysis.writing.html import ReportSection
 from slipscale.analysis.writing.numbers import counted, joined, reliable
-
-
-def _questions(analysis: Analysis) -> list[str]:
-    if analysis.prepared is None:
-        return []
-    quantity = analysis.dataset.quantity
-    return [f"Does {quantity.perceived} change with {quantity.in_full}, and how?"]
-
-
-def _design(analysis: Analysis) -> list[str]:
-    if analysis.prepared is None:
-        return []
-    amplitudes = joined([f"{a:g}" for a in analysis.cells.columns])
-    trials = counted(len(analysis.estimates), "estimate", "estimates")
-    return [f"{trials} of {analysis.dataset.quantity.with_convention(amplitudes)}"]
-
-
-def _answers(analysis: Analysis) -> list[str]:
-    if analysis.prepared is None:
-        return []
-    data, inference = analysis.dataset, analysis.inference
-    level, quantity = data.choices.confidence, data.quantity
-    texts = primary_sentences(inference, data.choices.primary, level, quantity)
-    texts += _equal(analysis)
-    if analysis.prepared.geometric:
-        texts.insert(0, sentences.geometric_means(analysis.description, quantity))
-    if (found := inference.found(POWER_LAW)) is not None:
-        texts.append(sentences.power_law(found, level, quantity))
-    return texts
 
 
 def _equal(analysis: Analysis) -> list[str]:
@@ -81,62 +53,6 @@ def _equal(analysis: Analysis) -> list[str]:
     return [text] if text else []
 
 
-def _doubts(analysis: Analysis) -> list[str]:
-    order = analysis.inference[ORDER]
-    found = []
-    if isinstance(order, NotComputed) and "not identifiable" in order.reason:
-        found.append(f"Order effects are {order.reason}.")
-    if analysis.prepared is not None and analysis.dataset.choices.primary == "ranks":
-        found += unequal_spread(analysis.prepared)
-        pairs = analysis.inference.found(PAIRWISE) or ()
-        choices = analysis.dataset.choices
-        found += sentences.out_of_reach(pairs, choices.confidence, analysis.dataset.quantity)
-    return found
-
-
-def _sentences(analysis: Analysis) -> Mapping[str, list[str]]:
-    if analysis.prepared is None:
-        return {}
-    choices = analysis.dataset.choices
-    asked = (analysis.inference, choices.primary, choices.confidence, analysis.dataset.quantity)
-    return {
-        "Primary analysis": primary_sentences(*asked),
-        "Secondary analyses": secondary_sentences(*asked),
-    }
-
-
-def _figures(analysis: Analysis) -> Mapping[str, Figure]:
-    prepared, inference = analysis.prepared, analysis.inference
-    if prepared is None:
-        return {}
-    quantity, level = analysis.dataset.quantity, analysis.dataset.choices.confidence
-    unit = normalisation.RULES[analysis.rule].unit.format(q=quantity)
-    drawn = {}
-    if prepared.geometric:
-        drawn = {
-            "fig15": figures.fig15(
-                prepared.logs,
-                without_log=prepared.without_log,
-                unit=unit,
-                confidence=level,
-                quantity=quantity,
-                groups=_groups(analysis, prepared),
-            )
-        }
-    if not prepared.geometric or biet2007.covers(analysis.cells.columns, quantity):
-        name = "table3" if prepared.geometric else "fig15"
-        drawn[name] = figures.table3(analysis.cells, unit=unit, quantity=quantity)
-    if inference.found(POWER_LAW) is not None:
-        drawn["growth"] = growth_figures.growth(
-            prepared.logs, inference[GROWTH], unit=unit, confidence=level, quantity=quantity
-        )
-    if (bayesian := inference.found(BAYESIAN_GROWTH)) is not None and bayesian.converged:
-        drawn["exponents"] = exponents_figure.exponents(bayesian)
-    if inference.found(RM_ANOVA) is not None:
-        drawn["residuals"] = figures.residuals(prepared.whole_logs, quantity)
-    return drawn
-
-
 def _groups(analysis: Analysis, prepared: Prepared) -> pd.Series[str] | None:
     """Return each participant's group (NaN if it was not compared), or None without groups."""
     compared, member = analysis.inference.found(GROUPS), membership(analysis.dataset)
@@ -147,31 +63,107 @@ def _groups(analysis: Analysis, prepared: Prepared) -> pd.Series[str] | None:
     return found.where(found.isin(list(compared.n)))
 
 
-def _session_tables(_data: Dataset, prepared: Prepared | None) -> Iterator[SessionTable]:
-    if prepared is None or prepared.refused:
-        return
-    logs = session_logs(prepared)
-    levels = {label: table.mean(axis=1, skipna=False) for label, table in logs.items()}
-    slopes = {label: exponents(table)["exponent"] for label, table in logs.items()}
-    yield "magnitude estimation, level", "mean natural logarithm", pd.DataFrame(levels)
-    yield "magnitude estimation, exponent", "exponent", pd.DataFrame(slopes)
+class _Estimation(TaskAnalysis):
+    name = "estimation"
+    trials = TRIALS
+    statistics = STATISTICS
+    tables = staticmethod(table.tables)
+
+    def questions(self, analysis: Analysis) -> list[str]:
+        if analysis.prepared is None:
+            return []
+        quantity = analysis.dataset.quantity
+        return [f"Does {quantity.perceived} change with {quantity.in_full}, and how?"]
+
+    def design(self, analysis: Analysis) -> list[str]:
+        if analysis.prepared is None:
+            return []
+        amplitudes = joined([f"{a:g}" for a in analysis.cells.columns])
+        trials = counted(len(analysis.estimates), "estimate", "estimates")
+        return [f"{trials} of {analysis.dataset.quantity.with_convention(amplitudes)}"]
+
+    def answers(self, analysis: Analysis) -> list[str]:
+        if analysis.prepared is None:
+            return []
+        data, inference = analysis.dataset, analysis.inference
+        level, quantity = data.choices.confidence, data.quantity
+        texts = primary_sentences(inference, data.choices.primary, level, quantity)
+        texts += _equal(analysis)
+        if analysis.prepared.geometric:
+            texts.insert(0, sentences.geometric_means(analysis.description, quantity))
+        if (found := inference.found(POWER_LAW)) is not None:
+            texts.append(sentences.power_law(found, level, quantity))
+        return texts
+
+    def doubts(self, analysis: Analysis) -> list[str]:
+        order = analysis.inference[ORDER]
+        found = []
+        if isinstance(order, NotComputed) and "not identifiable" in order.reason:
+            found.append(f"Order effects are {order.reason}.")
+        if analysis.prepared is not None and analysis.dataset.choices.primary == "ranks":
+            found += unequal_spread(analysis.prepared)
+            pairs = analysis.inference.found(PAIRWISE) or ()
+            choices = analysis.dataset.choices
+            found += sentences.out_of_reach(pairs, choices.confidence, analysis.dataset.quantity)
+        return found
+
+    def sentences(self, analysis: Analysis) -> Mapping[str, list[str]]:
+        if analysis.prepared is None:
+            return {}
+        choices = analysis.dataset.choices
+        asked = (analysis.inference, choices.primary, choices.confidence, analysis.dataset.quantity)
+        return {
+            "Primary analysis": primary_sentences(*asked),
+            "Secondary analyses": secondary_sentences(*asked),
+        }
+
+    def sections(self, analysis: Analysis, svgs: Mapping[str, str]) -> Iterable[ReportSection]:
+        parts = (
+            estimates_section.estimates,
+            comparisons_section.comparisons,
+            growth_section.growth,
+        )
+        return [write(analysis, svgs) for write in parts]
+
+    def figures(self, analysis: Analysis) -> Mapping[str, Figure]:
+        prepared, inference = analysis.prepared, analysis.inference
+        if prepared is None:
+            return {}
+        quantity, level = analysis.dataset.quantity, analysis.dataset.choices.confidence
+        unit = normalisation.RULES[analysis.rule].unit.format(q=quantity)
+        drawn = {}
+        if prepared.geometric:
+            drawn = {
+                "fig15": figures.fig15(
+                    prepared.logs,
+                    without_log=prepared.without_log,
+                    unit=unit,
+                    confidence=level,
+                    quantity=quantity,
+                    groups=_groups(analysis, prepared),
+                )
+            }
+        if not prepared.geometric or biet2007.covers(analysis.cells.columns, quantity):
+            name = "table3" if prepared.geometric else "fig15"
+            drawn[name] = figures.arithmetic_means(analysis.cells, unit=unit, quantity=quantity)
+        if inference.found(POWER_LAW) is not None:
+            drawn["growth"] = growth_figures.growth(
+                prepared.logs, inference[GROWTH], unit=unit, confidence=level, quantity=quantity
+            )
+        if (bayesian := inference.found(BAYESIAN_GROWTH)) is not None and bayesian.converged:
+            drawn["exponents"] = exponents_figure.exponents(bayesian)
+        if inference.found(RM_ANOVA) is not None:
+            drawn["residuals"] = figures.residuals(prepared.whole_logs, quantity)
+        return drawn
+
+    def session_tables(self, _data: Dataset, prepared: Prepared | None) -> Iterator[SessionTable]:
+        if prepared is None or prepared.refused:
+            return
+        logs = session_logs(prepared)
+        levels = {label: table.mean(axis=1, skipna=False) for label, table in logs.items()}
+        slopes = {label: exponents(table)["exponent"] for label, table in logs.items()}
+        yield "magnitude estimation, level", "mean natural logarithm", pd.DataFrame(levels)
+        yield "magnitude estimation, exponent", "exponent", pd.DataFrame(slopes)
 
 
-ANALYSIS = TaskAnalysis(
-    name="estimation",
-    trials=TRIALS,
-    statistics=STATISTICS,
-    questions=_questions,
-    design=_design,
-    answers=_answers,
-    doubts=_doubts,
-    sentences=_sentences,
-    sections=(
-        estimates_section.estimates,
-        comparisons_section.comparisons,
-        growth_section.growth,
-    ),
-    figures=_figures,
-    tables=table.tables,
-    session_tables=_session_tables,
-)
+ANALYSIS = _Estimation()

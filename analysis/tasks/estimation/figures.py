@@ -131,7 +131,7 @@ def fig15(
 
 
 @styled
-def table3(
+def arithmetic_means(
     cells: pd.DataFrame,
     *,
     unit: str = "% of the scale",

@@ -40,7 +40,7 @@ def growth(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSection:
             html.paragraph(f"Growth functions were not compared: {found.reason}.", "note")
         )
         return section
-    section.gist = apa.growth(found, analysis.dataset.choices.confidence, quantity)
+    section.gist = [apa.growth(found, analysis.dataset.choices.confidence, quantity)]
     section.blocks.append(_models(found.of_level, quantity))
     if isinstance(found.friction, FrictionGrowth):
         section.blocks.append(html.paragraph(_of_friction(found.friction)))

@@ -21,7 +21,7 @@ def estimates(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSection:
         return section
     if prepared.geometric:
         section.blocks.append(_geometric(analysis))
-    section.blocks.append(table3(analysis))
+    section.blocks.append(arithmetic_table(analysis))
     spread = prepared.logs.std(ddof=1).max()
     here = f" (here up to {spread:.2f})" if spread > 0 else ""
     section.blocks.append(
@@ -82,7 +82,7 @@ def textures(analysis: Analysis) -> Markup:
     )
 
 
-def table3(analysis: Analysis) -> Markup:
+def arithmetic_table(analysis: Analysis) -> Markup:
     """Return Table III, with the published values if the paper covers all amplitudes."""
     quantity, convention = analysis.dataset.quantity, analysis.dataset.choices.standard_deviation
     paper = biet2007.BY_AMPLITUDE

@@ -88,7 +88,7 @@ def section_of(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSection:
             )
         return section
     confidence, quantity = analysis.dataset.choices.confidence, analysis.dataset.quantity
-    section.gist = " ".join(_sentences(analysis))
+    section.gist = _sentences(analysis)
     for one in found:
         if (svg := svgs.get(f"exponent_and_weber_{one.task}")) is not None:
             section.blocks.append(
@@ -152,13 +152,21 @@ def exponent_and_weber(found: ExponentAndWeber) -> Figure:
     return figure
 
 
-ANALYSIS = TaskAnalysis(
-    name="exponent_and_weber",
-    statistics=(EXPONENT_AND_WEBER,),
-    sentences=lambda analysis: {"Exponent and Weber fraction": _sentences(analysis)},
-    sections=(section_of,),
-    figures=lambda analysis: {
-        f"exponent_and_weber_{one.task}": exponent_and_weber(one)
-        for one in analysis.inference.found(EXPONENT_AND_WEBER) or ()
-    },
-)
+class _ExponentAndWeber(TaskAnalysis):
+    name = "exponent_and_weber"
+    statistics = (EXPONENT_AND_WEBER,)
+
+    def sentences(self, analysis: Analysis) -> Mapping[str, list[str]]:
+        return {"Exponent and Weber fraction": _sentences(analysis)}
+
+    def sections(self, analysis: Analysis, svgs: Mapping[str, str]) -> list[ReportSection]:
+        return [section_of(analysis, svgs)]
+
+    def figures(self, analysis: Analysis) -> Mapping[str, Figure]:
+        return {
+            f"exponent_and_weber_{one.task}": exponent_and_weber(one)
+            for one in analysis.inference.found(EXPONENT_AND_WEBER) or ()
+        }
+
+
+ANALYSIS = _ExponentAndWeber()

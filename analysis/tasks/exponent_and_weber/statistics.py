@@ -22,7 +22,7 @@ from slipscale.analysis.statistics.mean_over_participants import mean_over_parti
 from slipscale.analysis.statistics.not_computed import NotComputed, all_computed, missing
 from slipscale.analysis.statistics.power_law import exponents
 from slipscale.analysis.statistics.psychometrics.psychometric_function import Estimate, estimate
-from slipscale.analysis.statistics.statistic import Statistic
+from slipscale.analysis.statistics.statistic import Inputs, Statistic
 from slipscale.analysis.tasks.thresholds.statistics import THRESHOLDS, TaskThresholds
 
 #: Value of k according to Teghtsoonian.
@@ -164,13 +164,19 @@ def _verdict(low: float, high: float) -> Verdict:
     return "undecided"
 
 
-EXPONENT_AND_WEBER: Statistic[tuple[ExponentAndWeber, ...]] = Statistic(
-    key="exponent_and_weber",
-    meaning="agreement of exponent and Weber fraction (Ekman's law)",
-    compute=lambda inputs: exponent_and_weber(
-        inputs.prepared, inputs.found[THRESHOLDS], inputs.data.choices.confidence
-    ),
-    methods="Exponents of magnitude estimation and Weber fractions of the same participants were "
-    "compared by Ekman's law, according to which a just noticeable difference is about 3 % of the "
-    "sensation [[teghtsoonian1971]].",
-)
+class _ExponentAndWeber(Statistic[tuple[ExponentAndWeber, ...]]):
+    key = "exponent_and_weber"
+    meaning = "agreement of exponent and Weber fraction (Ekman's law)"
+    methods = (
+        "Exponents of magnitude estimation and Weber fractions of the same participants were "
+        "compared by Ekman's law, according to which a just noticeable difference is about 3 % of "
+        "the sensation [[teghtsoonian1971]]."
+    )
+
+    def compute(self, inputs: Inputs) -> tuple[ExponentAndWeber, ...] | NotComputed:
+        return exponent_and_weber(
+            inputs.prepared, inputs.found[THRESHOLDS], inputs.data.choices.confidence
+        )
+
+
+EXPONENT_AND_WEBER = _ExponentAndWeber()

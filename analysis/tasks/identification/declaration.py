@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from slipscale.analysis.statistics.not_computed import fold
-from slipscale.analysis.tasks.declared.one_statistic import of_one_statistic
+from slipscale.analysis.tasks.declared.one_statistic import Blocks, Figures, OneStatistic, Svgs
 from slipscale.analysis.tasks.identification.statistics import (
     IDENTIFICATION,
     TRIALS,
@@ -17,73 +16,13 @@ from slipscale.analysis.tasks.identification.statistics import (
 )
 from slipscale.analysis.writing import html
 from slipscale.analysis.writing.numbers import bracketed, counted, level_of, number
-from slipscale.analysis.writing.task_names import task_name
 from slipscale.figure_style import canvas, styled
 
 if TYPE_CHECKING:
-    from markupsafe import Markup
     from matplotlib.figure import Figure
 
+    from slipscale.analysis.json_form import JsonObject
     from slipscale.stimuli.quantity import Quantity
-
-
-def _named(task: TaskIdentification) -> str:
-    return task_name("Identification", task.task)
-
-
-def _answer(task: TaskIdentification, confidence: float, quantity: Quantity) -> str:
-    share = fold(
-        task.share_right,
-        lambda mean: (
-            f" {100 * mean.mean:.0f} % of answers were correct, {level_of(confidence)} CI "
-            f"{bracketed(mean.interval, lambda value: f'{100 * value:.0f}')}."
-        ),
-        lambda _: "",
-    )
-    people = counted(task.participants, "participant", "participants")
-    return (
-        f"{_named(task)}, {counted(task.answers, 'answer', 'answers')} from "
-        f"{people}: {number(task.corrected_bits)} of {number(task.most_bits)} bits were "
-        f"transferred (uncorrected: {number(task.information_bits)}), as if "
-        f"{number(2**task.corrected_bits, 1)} {quantity.stimuli} were identified without "
-        f"error.{share}"
-    )
-
-
-def _doubts(task: TaskIdentification, _confidence: float, _quantity: Quantity) -> list[str]:
-    if task.trials_per_cell >= TRIALS_PER_CELL:
-        return []
-    text = (
-        f"{_named(task)}: each participant has {task.trials_per_cell:.1f} trials per "
-        f"cell of the table; with fewer than {TRIALS_PER_CELL}, individual information is "
-        "overestimated despite the correction."
-    )
-    return [text]
-
-
-def _blocks(
-    task: TaskIdentification, svgs: Mapping[str, str], level: float, quantity: Quantity
-) -> list[Markup]:
-    own = fold(
-        task.mean_information_bits,
-        lambda mean: f"{number(mean.mean)} bits, {level:g} % CI {bracketed(mean.interval, number)}",
-        lambda reason: f"not computed ({reason})",
-    )
-    return [
-        *html.figure_if_drawn(
-            svgs,
-            f"identification_{task.task}",
-            "Proportion of answers for each presented surface; correct answers are on the "
-            "diagonal.",
-            "Table of presented surfaces against named surfaces: " + ", ".join(task.items),
-        ),
-        html.table(
-            html.columns("Presented", *task.items, left=1),
-            [[item, *map(str, row)] for item, row in zip(task.items, task.table, strict=True)],
-            f"Counts of answers: presented {quantity.stimuli} (rows) and named {quantity.stimuli} "
-            f"(columns). Mean information per participant: {own}.",
-        ),
-    ]
 
 
 #: Proportions above this value are written in white.
@@ -116,21 +55,79 @@ def named(task: TaskIdentification) -> Figure:
     return figure
 
 
-ANALYSIS = of_one_statistic(
-    "identification",
-    TRIALS,
-    IDENTIFICATION,
-    question="How many {q.stimuli} can be identified?",
-    what="identification",
-    title="Identification",
-    named=lambda task, _q: _named(task),
-    answers=lambda task, level, q: [_answer(task, level, q)],
-    doubts=_doubts,
-    blocks=_blocks,
-    figures=lambda task, _trials, _q: {f"identification_{task.task}": named(task)},
-    rows=lambda task: [
-        {"task": task.task, "presented": item, "named": other, "answers": count}
-        for item, row in zip(task.items, task.table, strict=True)
-        for other, count in zip(task.items, row, strict=True)
-    ],
-)
+class _Identification(OneStatistic[TaskIdentification]):
+    name = "identification"
+    trials = TRIALS
+    statistics = (IDENTIFICATION,)
+    question = "How many {q.stimuli} can be identified?"
+    what = "identification"
+    title = "Identification"
+
+    def task_answer(self, task: TaskIdentification, confidence: float, quantity: Quantity) -> str:
+        share = fold(
+            task.share_right,
+            lambda mean: (
+                f" {100 * mean.mean:.0f} % of answers were correct, {level_of(confidence)} CI "
+                f"{bracketed(mean.interval, lambda value: f'{100 * value:.0f}')}."
+            ),
+            lambda _: "",
+        )
+        people = counted(task.participants, "participant", "participants")
+        return (
+            f"{self.task_name(task, quantity)}, {counted(task.answers, 'answer', 'answers')} from "
+            f"{people}: {number(task.corrected_bits)} of {number(task.most_bits)} bits were "
+            f"transferred (uncorrected: {number(task.information_bits)}), as if "
+            f"{number(2**task.corrected_bits, 1)} {quantity.stimuli} were identified without "
+            f"error.{share}"
+        )
+
+    def task_doubts(
+        self, task: TaskIdentification, _confidence: float, quantity: Quantity
+    ) -> list[str]:
+        if task.trials_per_cell >= TRIALS_PER_CELL:
+            return []
+        text = (
+            f"{self.task_name(task, quantity)}: each participant has {task.trials_per_cell:.1f} "
+            f"trials per cell of the table; with fewer than {TRIALS_PER_CELL}, individual "
+            "information is overestimated despite the correction."
+        )
+        return [text]
+
+    def task_blocks(
+        self, task: TaskIdentification, svgs: Svgs, level: float, quantity: Quantity
+    ) -> Blocks:
+        own = fold(
+            task.mean_information_bits,
+            lambda mean: (
+                f"{number(mean.mean)} bits, {level:g} % CI {bracketed(mean.interval, number)}"
+            ),
+            lambda reason: f"not computed ({reason})",
+        )
+        return [
+            *html.figure_if_drawn(
+                svgs,
+                f"identification_{task.task}",
+                "Proportion of answers for each presented surface; correct answers are on the "
+                "diagonal.",
+                "Table of presented surfaces against named surfaces: " + ", ".join(task.items),
+            ),
+            html.table(
+                html.columns("Presented", *task.items, left=1),
+                [[item, *map(str, row)] for item, row in zip(task.items, task.table, strict=True)],
+                f"Counts of answers: presented {quantity.stimuli} (rows) and named "
+                f"{quantity.stimuli} (columns). Mean information per participant: {own}.",
+            ),
+        ]
+
+    def task_figures(self, task: TaskIdentification, _: object, _quantity: Quantity) -> Figures:
+        return {f"identification_{task.task}": named(task)}
+
+    def task_rows(self, task: TaskIdentification) -> list[JsonObject]:
+        return [
+            {"task": task.task, "presented": item, "named": other, "answers": count}
+            for item, row in zip(task.items, task.table, strict=True)
+            for other, count in zip(task.items, row, strict=True)
+        ]
+
+
+ANALYSIS = _Identification()

@@ -28,7 +28,7 @@ from slipscale.analysis.statistics.mean_over_participants import (
     mean_over_participants,
 )
 from slipscale.analysis.statistics.not_computed import NotComputed
-from slipscale.analysis.statistics.statistic import Inputs, Statistic
+from slipscale.analysis.statistics.statistic import Inputs, Named, Statistic
 from slipscale.experiments.dataset.schema import PARTICIPANT
 
 ITEMS = ("presented", "named")
@@ -156,11 +156,16 @@ def _task(task: str, rows: pd.DataFrame, confidence: float) -> TaskIdentificatio
     )
 
 
-IDENTIFICATION: Statistic[tuple[TaskIdentification, ...]] = Statistic(
-    key="identification",
-    meaning="identification: confusion matrix and information transferred",
-    compute=identifications,
-    methods="Information transferred is the mutual information between the presented and the named "
-    "stimulus [[miller1956]], with the Miller–Madow bias correction.",
-    headlines={r"(.+)\.corrected_bits": "{0}: information transferred, in bits"},
-)
+class _Identification(Statistic[tuple[TaskIdentification, ...]]):
+    key = "identification"
+    meaning = "identification: confusion matrix and information transferred"
+    methods = (
+        "Information transferred is the mutual information between the presented and the named "
+        "stimulus [[miller1956]], with the Miller–Madow bias correction."
+    )
+    headlines = (Named("*.corrected_bits", "{0}: information transferred, in bits"),)
+
+    compute = staticmethod(identifications)
+
+
+IDENTIFICATION = _Identification()

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
 import numpy as np
-from markupsafe import Markup
 from matplotlib.figure import Figure
 
+from slipscale.analysis.json_form import JsonObject
 from slipscale.analysis.statistics.not_computed import NotComputed, computed
 from slipscale.analysis.tasks.declared.flat_table import flat_rows
-from slipscale.analysis.tasks.declared.one_statistic import of_one_statistic
+from slipscale.analysis.tasks.declared.one_statistic import Blocks, Figures, OneStatistic, Svgs
 from slipscale.analysis.tasks.limits.statistics import LIMITS, TRIALS, TaskLimits
 from slipscale.analysis.writing import html
 from slipscale.analysis.writing.numbers import (
@@ -22,76 +20,10 @@ from slipscale.analysis.writing.numbers import (
     reliable,
 )
 from slipscale.analysis.writing.points import SIZE, draw_means, draw_people
-from slipscale.analysis.writing.task_names import task_name
 from slipscale.figure_style import canvas, styled
 from slipscale.stimuli.quantity import Quantity
 
 HEADS = ("Participant", "Ascending", "Descending", "Threshold", "Transitions")
-
-
-def _named(task: TaskLimits) -> str:
-    return task_name("Method of limits", task.task)
-
-
-def _threshold(task: TaskLimits, confidence: float, quantity: Quantity) -> str:
-    threshold, named = task.threshold_level, _named(task)
-    if isinstance(threshold, NotComputed):
-        return f"{named}: no threshold was computed ({threshold.reason})."
-    standard = task.standard_level
-    of = "" if standard is None else f" against a standard of {quantity.value(standard)}"
-    return (
-        f"{named}, {counted(task.series, 'series', 'series')} from "
-        f"{counted(task.participants, 'participant', 'participants')}: the answer changed at "
-        f"{quantity.value(f'{threshold.mean:.3g}')}{of}, {level_of(confidence)} CI "
-        f"{bracketed(threshold.interval, lambda value: number(value, 3))}."
-    )
-
-
-def _remarks(task: TaskLimits, confidence: float, quantity: Quantity) -> list[str]:
-    remarks, error = [], task.constant_error_level
-    if not isinstance(error, NotComputed):
-        verb = "differed" if reliable(error.p, confidence) else "did not differ reliably"
-        remarks.append(
-            f"Thresholds of descending and ascending series {verb} (difference "
-            f"{quantity.value(number(error.mean, 3))}, t({error.df}) = {number(error.t)}, "
-            f"{p_value(error.p)})."
-        )
-    if task.without_transition:
-        remarks.append(
-            f"{task.without_transition} of {task.series} series had no transition and were "
-            "left out."
-        )
-    return remarks
-
-
-def _blocks(
-    task: TaskLimits, svgs: Mapping[str, str], level: float, quantity: Quantity
-) -> list[Markup]:
-    rows = [
-        [
-            each.participant,
-            number(each.ascending_level, 3),
-            number(each.descending_level, 3),
-            number(each.threshold_level, 3),
-            str(each.transitions),
-        ]
-        for each in task.people
-    ]
-    return [
-        *html.figure_if_drawn(
-            svgs,
-            f"limits_{task.task}",
-            "Individual participants' mean transitions (pale) in ascending and descending series; "
-            f"blue: means with a t-based {level:g} % interval.",
-            "Mean transitions of ascending and descending series",
-        ),
-        html.table(
-            html.columns(*HEADS, left=1),
-            rows,
-            f"Mean transitions in {quantity.unit}{quantity.behind}; the threshold is the mean of "
-            "both directions.",
-        ),
-    ]
 
 
 NAMES = ("Ascending", "Descending", "Both")
@@ -114,17 +46,75 @@ def transitions(task: TaskLimits, quantity: Quantity) -> Figure:
     return figure
 
 
-ANALYSIS = of_one_statistic(
-    "limits",
-    TRIALS,
-    LIMITS,
-    question="At which {q.level} does the answer change in series of {q.levels}?",
-    what="method-of-limits",
-    title="Method of limits",
-    named=lambda task, _q: _named(task),
-    answers=lambda task, level, q: [_threshold(task, level, q)],
-    remarks=_remarks,
-    blocks=_blocks,
-    figures=lambda task, _trials, q: {f"limits_{task.task}": transitions(task, q)},
-    rows=lambda task: flat_rows({"task": task.task}, task.people),
-)
+class _Limits(OneStatistic[TaskLimits]):
+    name = "limits"
+    trials = TRIALS
+    statistics = (LIMITS,)
+    question = "At which {q.level} does the answer change in series of {q.levels}?"
+    what = "method-of-limits"
+    title = "Method of limits"
+
+    def task_answer(self, task: TaskLimits, confidence: float, quantity: Quantity) -> str:
+        threshold, named = task.threshold_level, self.task_name(task, quantity)
+        if isinstance(threshold, NotComputed):
+            return f"{named}: no threshold was computed ({threshold.reason})."
+        standard = task.standard_level
+        of = "" if standard is None else f" against a standard of {quantity.value(standard)}"
+        return (
+            f"{named}, {counted(task.series, 'series', 'series')} from "
+            f"{counted(task.participants, 'participant', 'participants')}: the answer changed at "
+            f"{quantity.value(f'{threshold.mean:.3g}')}{of}, {level_of(confidence)} CI "
+            f"{bracketed(threshold.interval, lambda value: number(value, 3))}."
+        )
+
+    def task_remarks(self, task: TaskLimits, confidence: float, quantity: Quantity) -> list[str]:
+        remarks, error = [], task.constant_error_level
+        if not isinstance(error, NotComputed):
+            verb = "differed" if reliable(error.p, confidence) else "did not differ reliably"
+            remarks.append(
+                f"Thresholds of descending and ascending series {verb} (difference "
+                f"{quantity.value(number(error.mean, 3))}, t({error.df}) = {number(error.t)}, "
+                f"{p_value(error.p)})."
+            )
+        if task.without_transition:
+            remarks.append(
+                f"{task.without_transition} of {task.series} series had no transition and were "
+                "left out."
+            )
+        return remarks
+
+    def task_blocks(self, task: TaskLimits, svgs: Svgs, level: float, quantity: Quantity) -> Blocks:
+        rows = [
+            [
+                each.participant,
+                number(each.ascending_level, 3),
+                number(each.descending_level, 3),
+                number(each.threshold_level, 3),
+                str(each.transitions),
+            ]
+            for each in task.people
+        ]
+        return [
+            *html.figure_if_drawn(
+                svgs,
+                f"limits_{task.task}",
+                "Individual participants' mean transitions (pale) in ascending and descending "
+                f"series; blue: means with a t-based {level:g} % interval.",
+                "Mean transitions of ascending and descending series",
+            ),
+            html.table(
+                html.columns(*HEADS, left=1),
+                rows,
+                f"Mean transitions in {quantity.unit}{quantity.behind}; the threshold is the mean "
+                "of both directions.",
+            ),
+        ]
+
+    def task_figures(self, task: TaskLimits, _: object, quantity: Quantity) -> Figures:
+        return {f"limits_{task.task}": transitions(task, quantity)}
+
+    def task_rows(self, task: TaskLimits) -> list[JsonObject]:
+        return flat_rows({"task": task.task}, task.people)
+
+
+ANALYSIS = _Limits()

@@ -25,7 +25,7 @@ from slipscale.analysis.statistics.mean_over_participants import (
     mean_over_participants,
 )
 from slipscale.analysis.statistics.not_computed import NotComputed
-from slipscale.analysis.statistics.statistic import Family, Inputs, Statistic
+from slipscale.analysis.statistics.statistic import Family, Inputs, Named, Statistic
 from slipscale.experiments.dataset.schema import PARTICIPANT
 
 ASCENDING, DESCENDING = "ascending", "descending"
@@ -152,22 +152,27 @@ def _person(who: str, own: dict[str, list[float]]) -> PersonLimits:
     )
 
 
-LIMITS: Statistic[tuple[TaskLimits, ...]] = Statistic(
-    key="limits",
-    meaning="method of limits: mean transitions, and constant error between directions",
-    compute=limits,
-    families=(
+class _Limits(Statistic[tuple[TaskLimits, ...]]):
+    key = "limits"
+    meaning = "method of limits: mean transitions, and constant error between directions"
+    families = (
         Family(
             name="direction of series, t test of the constant error",
             read=lambda tasks: [
                 task.constant_error_level.p for task in tasks if task.constant_error_level
             ],
         ),
-    ),
-    methods="Thresholds by the method of limits are means of the transitions in ascending and "
-    "descending series, with equal weight for both directions.",
-    conclusions={
-        r"(.+)\.constant_error_level\.p": "{0}: ascending and descending series differ (t test)"
-    },
-    headlines={r"(.+)\.threshold_level\.mean": "{0}: threshold by the method of limits"},
-)
+    )
+    methods = (
+        "Thresholds by the method of limits are means of the transitions in ascending and "
+        "descending series, with equal weight for both directions."
+    )
+    conclusions = (
+        Named("*.constant_error_level.p", "{0}: ascending and descending series differ (t test)"),
+    )
+    headlines = (Named("*.threshold_level.mean", "{0}: threshold by the method of limits"),)
+
+    compute = staticmethod(limits)
+
+
+LIMITS = _Limits()

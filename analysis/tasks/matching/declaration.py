@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from slipscale.analysis.statistics.not_computed import NotComputed
-from slipscale.analysis.tasks.declared.one_statistic import of_one_statistic
+from slipscale.analysis.tasks.declared.one_statistic import Blocks, Figures, OneStatistic, Svgs
 from slipscale.analysis.tasks.declared.session_tables import mean_by_session
 from slipscale.analysis.tasks.matching.statistics import MATCHING, TRIALS, MatchedReference
 from slipscale.analysis.writing import html
@@ -32,21 +32,21 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from slipscale.analysis.json_form import JsonObject
+    from slipscale.analysis.preprocessing.log_transform import Prepared
+    from slipscale.analysis.reading.dataset import Dataset
     from slipscale.analysis.statistics.mean_over_participants import MeanOverParticipants
+    from slipscale.analysis.statistics.statistic import SessionTable
+    from slipscale.analysis.tasks.kind import Analysis
     from slipscale.stimuli.quantity import Quantity
 
-    Task = list[MatchedReference]
+
+Task = list[MatchedReference]
 
 #: First columns of the table: fields of `MatchedReference`. Tests of bias and direction follow.
 TABULATED = (
     *("task", "reference_level", "matches", "participants", "mean_level", "variability_level"),
     *("ascending_level", "descending_level", "felt_again", "catch_trials", "catch_error_level"),
 )
-
-
-def _by_task(found: tuple[MatchedReference, ...]) -> list[Task]:
-    named = dict.fromkeys(each.task for each in found)
-    return [[each for each in found if each.task == name] for name in named]
 
 
 def _answer(found: MatchedReference, confidence: float, quantity: Quantity) -> str:
@@ -67,24 +67,6 @@ def _answer(found: MatchedReference, confidence: float, quantity: Quantity) -> s
         f"{what}, with {called} ({quantity.value(written(bias.mean))}, {level_of(confidence)} CI "
         f"{bracketed(bias.interval, written)}, t({bias.df}) = {number(bias.t)}, {p_value(bias.p)})."
     )
-
-
-def blocks(task: Task, svgs: Mapping[str, str], _level: float, quantity: Quantity) -> list[Markup]:
-    """Return the figure and the table for one task."""
-    return [
-        *html.figure_if_drawn(
-            svgs,
-            f"matching_{task[0].task}",
-            "Matches against references, from below (blue, pointing up) and from above (red, "
-            "pointing down). Small symbols: individual participants' means; large symbols: group "
-            "means.",
-            "Mean matches: "
-            + ", ".join(
-                f"{each.mean_level:.3g} of {quantity.value(each.reference_level)}" for each in task
-            ),
-        ),
-        _matching_table(task, quantity),
-    ]
 
 
 def _matching_table(rows: Task, quantity: Quantity) -> Markup:
@@ -197,25 +179,57 @@ def matches(found: Sequence[MatchedReference], trials: pd.DataFrame, quantity: Q
     return figure
 
 
-ANALYSIS = of_one_statistic(
-    "matching",
-    TRIALS,
-    MATCHING,
-    tasks=_by_task,
-    question="Which {q.level} feels the same as a reference?",
-    what="matching",
-    title="Matching",
-    named=lambda task, _q: task_name("Matching", task[0].task),
-    answers=lambda task, level, q: [_answer(each, level, q) for each in task],
-    blocks=blocks,
-    figures=lambda task, trials, q: {
-        f"matching_{task[0].task}": matches(task, trials[trials["task"] == task[0].task], q)
-    },
-    rows=lambda task: [_row(each) for each in task],
-    session_tables=mean_by_session(
-        TRIALS,
-        "match minus reference",
-        "{q.unit_in_short}",
-        lambda rows: (rows["matched_level"] - rows["reference_level"]).astype(float),
-    ),
-)
+class _Matching(OneStatistic[Task]):
+    name = "matching"
+    trials = TRIALS
+    statistics = (MATCHING,)
+    question = "Which {q.level} feels the same as a reference?"
+    what = "matching"
+    title = "Matching"
+
+    def tasks(self, analysis: Analysis) -> list[Task]:
+        found = analysis.inference.found(MATCHING) or ()
+        named = dict.fromkeys(each.task for each in found)
+        return [[each for each in found if each.task == name] for name in named]
+
+    def task_name(self, task: Task, _quantity: Quantity) -> str:
+        return task_name("Matching", task[0].task)
+
+    def task_answers(self, task: Task, confidence: float, quantity: Quantity) -> list[str]:
+        return [_answer(each, confidence, quantity) for each in task]
+
+    def task_blocks(self, task: Task, svgs: Svgs, _percent: float, quantity: Quantity) -> Blocks:
+        return [
+            *html.figure_if_drawn(
+                svgs,
+                f"matching_{task[0].task}",
+                "Matches against references, from below (blue, pointing up) and from above (red, "
+                "pointing down). Small symbols: individual participants' means; large symbols: "
+                "group means.",
+                "Mean matches: "
+                + ", ".join(
+                    f"{each.mean_level:.3g} of {quantity.value(each.reference_level)}"
+                    for each in task
+                ),
+            ),
+            _matching_table(task, quantity),
+        ]
+
+    def task_figures(self, task: Task, trials: pd.DataFrame, quantity: Quantity) -> Figures:
+        name = task[0].task
+        return {f"matching_{name}": matches(task, trials[trials["task"] == name], quantity)}
+
+    def task_rows(self, task: Task) -> list[JsonObject]:
+        return [_row(each) for each in task]
+
+    def session_tables(self, data: Dataset, _prepared: Prepared | None) -> Iterator[SessionTable]:
+        return mean_by_session(
+            data,
+            TRIALS,
+            "match minus reference",
+            "{q.unit_in_short}",
+            lambda rows: (rows["matched_level"] - rows["reference_level"]).astype(float),
+        )
+
+
+ANALYSIS = _Matching()

@@ -18,7 +18,7 @@ from slipscale.analysis.statistics.mean_over_participants import (
     mean_over_participants,
 )
 from slipscale.analysis.statistics.not_computed import NotComputed
-from slipscale.analysis.statistics.statistic import Family, Statistic
+from slipscale.analysis.statistics.statistic import Family, Inputs, Named, Statistic
 from slipscale.experiments.dataset.schema import INTERVAL, PARTICIPANT
 
 REFERENCE = f"{INTERVAL}1_level"
@@ -142,11 +142,10 @@ def _mean(values: pd.Series[float]) -> float | None:
     return float(known.mean()) if len(known) else None
 
 
-MATCHING: Statistic[tuple[MatchedReference, ...]] = Statistic(
-    key="matching",
-    meaning="bias and variability of matching",
-    compute=lambda inputs: matching(inputs.data.of(TRIALS), inputs.data.choices.confidence),
-    families=(
+class _Matching(Statistic[tuple[MatchedReference, ...]]):
+    key = "matching"
+    meaning = "bias and variability of matching"
+    families = (
         Family(
             name="bias of matches, t tests",
             read=lambda found: [each.bias_level.p for each in found if each.bias_level],
@@ -155,21 +154,33 @@ MATCHING: Statistic[tuple[MatchedReference, ...]] = Statistic(
             name="direction of adjustment, t tests",
             read=lambda found: [each.direction_level.p for each in found if each.direction_level],
         ),
-    ),
-    methods="The bias of matches (constant error) is the mean of participants' mean matches minus "
-    "the reference. The effect of direction is the mean difference between matches from above and "
-    "from below. Bias and effect have t-based intervals and t tests across participants. "
-    "Variability (variable error) is the root mean square of participants' standard deviations "
-    "within a direction.",
-    conclusions={
-        r"(.+) - (.+)\.bias_level\.p": "{0}, {1} {q.unit}: matches differ from the reference",
-        r"(.+) - (.+)\.direction_level\.p": "{0}, {1} {q.unit}: matches depend on the "
-        "direction of adjustment",
-    },
-    headlines={
-        r"(.+) - (.+)\.bias_level\.mean": "{0}, {1} {q.unit}: match minus reference, "
-        "{q.unit_in_short}",
-        r"(.+) - (.+)\.variability_level": "{0}, {1} {q.unit}: within-participant SD of matches, "
-        "{q.unit_in_short}",
-    },
-)
+    )
+    methods = (
+        "The bias of matches (constant error) is the mean of participants' mean matches minus the "
+        "reference. The effect of direction is the mean difference between matches from above and "
+        "from below. Bias and effect have t-based intervals and t tests across participants. "
+        "Variability (variable error) is the root mean square of participants' standard deviations "
+        "within a direction."
+    )
+    conclusions = (
+        Named("*.bias_level.p", "{0[0]}, {0[1]} {q.unit}: matches differ from the reference"),
+        Named(
+            "*.direction_level.p",
+            "{0[0]}, {0[1]} {q.unit}: matches depend on the direction of adjustment",
+        ),
+    )
+    headlines = (
+        Named(
+            "*.bias_level.mean", "{0[0]}, {0[1]} {q.unit}: match minus reference, {q.unit_in_short}"
+        ),
+        Named(
+            "*.variability_level",
+            "{0[0]}, {0[1]} {q.unit}: within-participant SD of matches, {q.unit_in_short}",
+        ),
+    )
+
+    def compute(self, inputs: Inputs) -> tuple[MatchedReference, ...] | NotComputed:
+        return matching(inputs.data.of(TRIALS), inputs.data.choices.confidence)
+
+
+MATCHING = _Matching()

@@ -13,9 +13,10 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from functools import partial
 from importlib.metadata import EntryPoint
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import TypeVar
 
 import pandas as pd
 
@@ -27,7 +28,7 @@ from slipscale.analysis.reading.delimited import Problems, Source
 from slipscale.analysis.reading.labelled_tasks import Entries, TaskTrials
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.statistics.statistic import Inputs, SessionTable, Statistic
-from slipscale.analysis.tasks.kind import Analysis, SectionWriter, TaskAnalysis
+from slipscale.analysis.tasks.kind import Analysis, TaskAnalysis
 from slipscale.analysis.tasks.table import KINDS
 from slipscale.analysis.writing import html
 from slipscale.experiments.dataset.schema import PARTICIPANT
@@ -68,16 +69,12 @@ def evaluated(analysis: Analysis, faults: list[str]) -> Analysis:
     faults : list of str
         The list that was passed to `installed_kinds`.
     """
-    kinds = tuple(_made(kind, analysis) if kind.package else kind for kind in analysis.kinds)
+    kinds = tuple(
+        kind.evaluated(analysis) if isinstance(kind, _GuardedKind) else kind
+        for kind in analysis.kinds
+    )
     problems = (*analysis.problems, *(f"{fault}." for fault in faults))
     return replace(analysis, kinds=kinds, problems=problems)
-
-
-def _made(kind: TaskAnalysis, analysis: Analysis) -> TaskAnalysis:
-    """Return a copy of a task kind whose functions return results computed now."""
-    made = {part: getattr(kind, part)(analysis) for part in PARTS}
-    parts: dict[str, Any] = {part: lambda _, value=value: value for part, value in made.items()}
-    return replace(kind, **parts)
 
 
 @dataclass(frozen=True, slots=True)
@@ -113,72 +110,9 @@ class _Guard:
     def kind(self) -> TaskAnalysis | None:
         """Return the kind of task with error handling added, or None if it cannot be loaded."""
         kind = self.call("", lambda: _declared(self.point.name, self.point.load()), lambda _: None)
-        if kind is None:
-            return None
-        parts: dict[str, Any] = {part: self._part(kind, part) for part in PARTS}
-        return replace(
-            kind,
-            package=package_of(self.point),
-            version=self.version,
-            trials=kind.trials and self._trials(kind.trials),
-            statistics=tuple(self._statistic(each) for each in kind.statistics),
-            sections=tuple(self._section(kind.name, each) for each in kind.sections),
-            session_tables=self._session_tables(kind),
-            **parts,
-        )
+        return kind and _GuardedKind(self, kind, {})
 
-    def _part(self, kind: TaskAnalysis, part: str) -> Callable[[Analysis], object]:
-        check = PARTS[part]
-        make: Callable[[Analysis], object] = getattr(kind, part)
-        return lambda analysis: self.call(
-            part, lambda: check(kind.name, make(analysis)), lambda _: check(kind.name, check.empty)
-        )
-
-    def _statistic(self, statistic: Statistic[object]) -> Statistic[object]:
-        def computed(inputs: Inputs) -> object:
-            # The package receives copies, so that it cannot change the data of other analyses.
-            data = inputs.data.with_tables(lambda rows: rows.copy())
-            found = statistic.compute(replace(inputs, data=data))
-            if not isinstance(found, NotComputed):
-                json_form.form(found)
-                for family in statistic.families:
-                    _ = [float(p) for p in family.read(found)]
-            return found
-
-        return replace(
-            statistic,
-            compute=lambda inputs: self.call("", lambda: computed(inputs), NotComputed),
-        )
-
-    def _section(self, name: str, write: SectionWriter) -> SectionWriter:
-        whose = (
-            f"This section was written by the analysis '{name}' in the package "
-            f"{package_of(self.point)} {self.version}, which was installed on the computer that "
-            "created this report. This analysis is not part of Slipscale."
-        )
-
-        def written(analysis: Analysis, svgs: Mapping[str, str]) -> html.ReportSection:
-            section = write(analysis, svgs)
-            if not isinstance(section, html.ReportSection):
-                raise UserError(
-                    "returned {name}, expected a ReportSection", name=type(section).__name__
-                )
-            section.blocks.append(html.paragraph(whose))
-            return section
-
-        def failed(sentence: str) -> html.ReportSection:
-            return html.ReportSection(name, [html.paragraph(f"{sentence}.", "problem")], "open")
-
-        return lambda analysis, svgs: self.call("section", lambda: written(analysis, svgs), failed)
-
-    def _session_tables(
-        self, kind: TaskAnalysis
-    ) -> Callable[[Dataset, Prepared | None], list[SessionTable]]:
-        return lambda data, prepared: self.call(
-            "session_tables", lambda: list(kind.session_tables(data, prepared)), lambda _: []
-        )
-
-    def _trials(self, trials: TaskTrials) -> TaskTrials:
+    def trials(self, trials: TaskTrials) -> TaskTrials:
         def read(
             entries: Entries, folder: Path, problems: Problems, counts: dict[str, int]
         ) -> tuple[pd.DataFrame, list[Source]]:
@@ -202,9 +136,111 @@ class _Guard:
         )
 
 
+class _GuardedStatistic(Statistic[object]):
+    """Another package's statistic, with error handling."""
+
+    def __init__(self, guard: _Guard, kind: str, statistic: Statistic[object]) -> None:
+        self._guard, self._kind, self._statistic = guard, kind, statistic
+        for name in ("parts", *Statistic.__annotations__):
+            setattr(self, name, getattr(statistic, name))
+
+    def __reduce__(self) -> tuple[Callable[[str, str], object], tuple[str, str]]:
+        """Pickle the names of the entry point and of the statistic."""
+        return _statistic_named, (self._kind, self.key)
+
+    def compute(self, inputs: Inputs) -> object:
+        def computed() -> object:
+            # The package receives copies, so that it cannot change the data of other analyses.
+            data = inputs.data.with_tables(lambda rows: rows.copy())
+            found = self._statistic.compute(replace(inputs, data=data))
+            if not isinstance(found, NotComputed):
+                json_form.form(found)
+                for family in self.families:
+                    _ = [float(p) for p in family.read(found)]
+            return found
+
+        return self._guard.call("", computed, NotComputed)
+
+
+def _statistic_named(kind: str, key: str) -> Statistic[object]:
+    return next(each for each in _kind_named(kind).statistics if each.key == key)
+
+
+class _GuardedKind(TaskAnalysis):
+    """Another package's kind of task, with error handling.
+
+    Parameters
+    ----------
+    made : Mapping
+        Results of the methods in `PARTS`, which are returned instead of being computed.
+    """
+
+    def __init__(self, guard: _Guard, kind: TaskAnalysis, made: Mapping[str, object]) -> None:
+        self.name, self.package, self.version = kind.name, package_of(guard.point), guard.version
+        self.trials = kind.trials and guard.trials(kind.trials)
+        self.statistics = tuple(
+            _GuardedStatistic(guard, kind.name, each) for each in kind.statistics
+        )
+        self._guard, self._kind = guard, kind
+        for part, check in PARTS.items():
+            setattr(self, part, partial(self._part, part, check, made))
+
+    def __reduce__(self) -> tuple[Callable[[str], TaskAnalysis], tuple[str]]:
+        """Pickle the name of the entry point, because another package's objects may have none."""
+        return _kind_named, (self.name,)
+
+    def evaluated(self, analysis: Analysis) -> TaskAnalysis:
+        """Return a copy whose methods return results that are computed now."""
+        made = {part: getattr(self, part)(analysis) for part in PARTS}
+        return _GuardedKind(self._guard, self._kind, made)
+
+    def sections(self, analysis: Analysis, svgs: Mapping[str, str]) -> list[html.ReportSection]:
+        whose = (
+            f"This section was written by the analysis '{self.name}' in the package "
+            f"{self.package} {self.version}, which was installed on the computer that "
+            "created this report. This analysis is not part of Slipscale."
+        )
+
+        def written() -> list[html.ReportSection]:
+            found = list(self._kind.sections(analysis, svgs))
+            for section in found:
+                if not isinstance(section, html.ReportSection):
+                    raise UserError(
+                        "returned {name}, expected a ReportSection", name=type(section).__name__
+                    )
+                section.blocks.append(html.paragraph(whose))
+            return found
+
+        def failed(sentence: str) -> list[html.ReportSection]:
+            paragraph = html.paragraph(f"{sentence}.", "problem")
+            return [html.ReportSection(self.name, [paragraph], "open")]
+
+        return self._guard.call("sections", written, failed)
+
+    def session_tables(self, data: Dataset, prepared: Prepared | None) -> list[SessionTable]:
+        return self._guard.call(
+            "session_tables", lambda: list(self._kind.session_tables(data, prepared)), lambda _: []
+        )
+
+    def _part(
+        self, part: str, check: _Check, made: Mapping[str, object], analysis: Analysis
+    ) -> object:
+        if part in made:
+            return made[part]
+        return self._guard.call(
+            part,
+            lambda: check(self.name, getattr(self._kind, part)(analysis)),
+            lambda _: check(self.name, check.empty),
+        )
+
+
+def _kind_named(name: str) -> TaskAnalysis:
+    return next(kind for kind in installed_kinds([]) if kind.name == name)
+
+
 @dataclass(frozen=True, slots=True)
 class _Check:
-    """A check of the values that a function in a `TaskAnalysis` returns."""
+    """A check of the values that a method of a `TaskAnalysis` returns."""
 
     empty: list[str] | dict[str, object]
     expected: str
@@ -248,7 +284,7 @@ def _is_figure(value: object) -> bool:
     return True
 
 
-#: Fields of a declaration that depend only on the analysis, with the check of each result.
+#: Methods of a declaration that depend only on the analysis, with the check of each result.
 _TEXTS = _Check([], "a list of strings", _is_text)
 PARTS: Mapping[str, _Check] = {
     "questions": _TEXTS,

@@ -135,41 +135,40 @@ def own_analysis(
     """
     if not isinstance(title, str) or not title.strip():
         raise UserError(f"analysis '{name}': the title must contain text, but is {title!r}")
-    short = _Short(f"own_{name}", title, run)
-    return TaskAnalysis(
-        name=name,
-        statistics=(short.statistic,),
-        answers=lambda analysis: [f"{title}: {text}" for text in short.texts(analysis)],
-        sentences=lambda analysis: {title: short.texts(analysis)},
-        sections=(short.section,),
-        figures=short.figures,
-        tables=short.tables,
-    )
+    return _Short(name, title, run)
 
 
-@dataclass(frozen=True)
-class _Short:
-    """Functions of a `TaskAnalysis` that format an `OwnResult`."""
-
-    key: str
-    title: str
-    run: Callable[[OwnInput], OwnResult | NotComputed]
+class _ShortStatistic(Statistic[OwnResult]):
+    def __init__(
+        self, key: str, meaning: str, run: Callable[[OwnInput], OwnResult | NotComputed]
+    ) -> None:
+        self.key, self.meaning, self._run = key, meaning, run
 
     def compute(self, inputs: Inputs) -> OwnResult | NotComputed:
-        found = self.run(OwnInput(dataset=inputs.data, study=study_of(inputs.data)))
+        found = self._run(OwnInput(dataset=inputs.data, study=study_of(inputs.data)))
         if not isinstance(found, OwnResult | NotComputed):
             raise UserError(
                 f"returned {type(found).__name__}, expected an OwnResult or NotComputed"
             )
         return found
 
-    @property
-    def statistic(self) -> Statistic[OwnResult]:
-        return Statistic(key=self.key, meaning=self.title, compute=self.compute)
 
-    def texts(self, analysis: Analysis) -> list[str]:
-        found = analysis.inference.found(self.statistic)
-        return [] if found is None else list(found.sentences)
+class _Short(TaskAnalysis):
+    """A kind of task that shows an `OwnResult`."""
+
+    def __init__(
+        self, name: str, title: str, run: Callable[[OwnInput], OwnResult | NotComputed]
+    ) -> None:
+        self.name, self.title = name, title
+        self.key = f"own_{name}"
+        self.statistic = _ShortStatistic(self.key, title, run)
+        self.statistics = (self.statistic,)
+
+    def answers(self, analysis: Analysis) -> list[str]:
+        return [f"{self.title}: {text}" for text in self._texts(analysis)]
+
+    def sentences(self, analysis: Analysis) -> Mapping[str, list[str]]:
+        return {self.title: self._texts(analysis)}
 
     def figures(self, analysis: Analysis) -> Mapping[str, Figure]:
         found = analysis.inference.found(self.statistic)
@@ -179,17 +178,21 @@ class _Short:
         found = analysis.inference.found(self.statistic)
         return {} if found is None or found.table is None else {self.key: found.table}
 
-    def section(self, analysis: Analysis, svgs: Mapping[str, str]) -> ReportSection:
+    def sections(self, analysis: Analysis, svgs: Mapping[str, str]) -> list[ReportSection]:
         found = analysis.inference[self.statistic]
         written = ReportSection(self.title, shown="open")
         if isinstance(found, NotComputed):
             written.blocks.append(html.paragraph(f"Not computed: {found.reason}."))
-            return written
+            return [written]
         if (svg := svgs.get(self.key)) is not None:
             written.blocks.append(html.figure(svg, found.figure_caption, found.figure_alt))
         if found.table is not None:
             written.blocks.append(_table(self.key, found.table, found.table_caption))
-        return written
+        return [written]
+
+    def _texts(self, analysis: Analysis) -> list[str]:
+        found = analysis.inference.found(self.statistic)
+        return [] if found is None else list(found.sentences)
 
 
 def study_of(data: Dataset) -> Study | None:

@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
 import numpy as np
-from markupsafe import Markup
 from matplotlib.figure import Figure
 
 from slipscale.analysis.json_form import JsonObject, renamed
 from slipscale.analysis.statistics.not_computed import computed, fold
 from slipscale.analysis.tasks.declared.flat_table import flat_rows
-from slipscale.analysis.tasks.declared.one_statistic import of_one_statistic
+from slipscale.analysis.tasks.declared.one_statistic import Blocks, Figures, OneStatistic, Svgs
 from slipscale.analysis.tasks.pointing.statistics import (
     FEWEST,
     POINTING,
@@ -32,7 +29,6 @@ from slipscale.analysis.writing.numbers import (
     reliable,
 )
 from slipscale.analysis.writing.points import SIZE
-from slipscale.analysis.writing.task_names import task_name
 from slipscale.figure_style import BLUE, ORANGE, PALE, canvas, styled
 from slipscale.stimuli.quantity import Quantity
 
@@ -50,18 +46,6 @@ def _mean(found: MeanOrReason, digits: int = 2) -> str:
     )
 
 
-def _named(task: TaskPointing) -> str:
-    return task_name("Pointing", task.task)
-
-
-def _answers(task: TaskPointing, confidence: float, _q: Quantity) -> list[str]:
-    """Return a sentence on each condition and on the effect of feedback."""
-    return [
-        *(_throughput(_named(task), each, confidence) for each in task.conditions),
-        *_gain(task, confidence),
-    ]
-
-
 def _throughput(task: str, found: FeedbackPointing, confidence: float) -> str:
     named = f"{task}, feedback condition “{found.feedback}”"
     people = counted(len(found.people), "participant", "participants")
@@ -76,78 +60,18 @@ def _throughput(task: str, found: FeedbackPointing, confidence: float) -> str:
     )
 
 
-def _gain(task: TaskPointing, confidence: float) -> list[str]:
+def _gain(name: str, task: TaskPointing, confidence: float) -> list[str]:
     rate, time = task.throughput_gain_bit_s, task.time_gain_s
     if not (rate and time):
         return []
     verb = "changed" if reliable(rate.p, confidence) else "did not change reliably"
     return [
         (
-            f"{_named(task)}: with feedback, throughput {verb} (difference "
+            f"{name}: with feedback, throughput {verb} (difference "
             f"{number(rate.mean)} bit/s, t({rate.df}) = {number(rate.t)}, "
             f"{p_value(rate.p)}), and movement time changed by {number(time.mean, 3)} s, "
             f"{level_of(confidence)} CI "
             f"{bracketed(time.interval, lambda end: number(end, 3))} ({p_value(time.p)})."
-        )
-    ]
-
-
-def _remarks(task: TaskPointing, _confidence: float, _q: Quantity) -> list[str]:
-    sentences = []
-    for each in task.conditions:
-        sentences.append(
-            f"Feedback condition “{each.feedback}”: movement time = a + b × index of difficulty, "
-            f"with a = {_mean(each.intercept_s, 3)} s and b = {_mean(each.slope_s_per_bit, 3)} "
-            "s/bit."
-        )
-        if each.left_out:
-            sentences.append(
-                f"{each.left_out} combinations of participant, distance and width have fewer "
-                f"than {FEWEST} movements, no spread, or a mean movement away from the target, and "
-                "are left out."
-            )
-    return sentences
-
-
-def _blocks(
-    task: TaskPointing, svgs: Mapping[str, str], level: float, _quantity: Quantity
-) -> list[Markup]:
-    rows = [
-        [
-            each.feedback,
-            str(each.movements),
-            _mean(each.error_share),
-            _mean(each.movement_time_s),
-            _mean(each.throughput_bit_s),
-            _mean(each.intercept_s, 3),
-            _mean(each.slope_s_per_bit, 3),
-        ]
-        for each in task.conditions
-    ]
-    return [
-        *html.figure_if_drawn(
-            svgs,
-            f"pointing_{task.task}",
-            "Mean movement time by index of difficulty. Pale: participants; lines: means of "
-            "participants' regressions.",
-            "Movement time by index of difficulty",
-        ),
-        html.table(
-            html.columns("Feedback", *HEADS, left=1),
-            rows,
-            f"Means across participants with {level:g} % intervals. Errors: proportion of "
-            "selections that missed the target.",
-        ),
-    ]
-
-
-def _rows(task: TaskPointing) -> list[JsonObject]:
-    return [
-        row
-        for each in task.conditions
-        for row in flat_rows(
-            {"task": task.task, "feedback": each.feedback},
-            [renamed(person, cells="") for person in each.people],
         )
     ]
 
@@ -177,17 +101,81 @@ def movement_times(task: TaskPointing) -> Figure:
     return figure
 
 
-ANALYSIS = of_one_statistic(
-    "pointing",
-    TRIALS,
-    POINTING,
-    question="How fast and how precisely do people point?",
-    what="pointing",
-    title="Pointing",
-    named=lambda task, _q: _named(task),
-    answers=_answers,
-    remarks=_remarks,
-    blocks=_blocks,
-    figures=lambda task, _trials, _q: {f"pointing_{task.task}": movement_times(task)},
-    rows=_rows,
-)
+class _Pointing(OneStatistic[TaskPointing]):
+    name = "pointing"
+    trials = TRIALS
+    statistics = (POINTING,)
+    question = "How fast and how precisely do people point?"
+    what = "pointing"
+    title = "Pointing"
+
+    def task_answers(self, task: TaskPointing, confidence: float, quantity: Quantity) -> list[str]:
+        """Return a sentence on each condition and on the effect of feedback."""
+        name = self.task_name(task, quantity)
+        return [
+            *(_throughput(name, each, confidence) for each in task.conditions),
+            *_gain(name, task, confidence),
+        ]
+
+    def task_remarks(self, task: TaskPointing, _confidence: float, _q: Quantity) -> list[str]:
+        sentences = []
+        for each in task.conditions:
+            sentences.append(
+                f"Feedback condition “{each.feedback}”: movement time = a + b × index of "
+                f"difficulty, with a = {_mean(each.intercept_s, 3)} s and b = "
+                f"{_mean(each.slope_s_per_bit, 3)} s/bit."
+            )
+            if each.left_out:
+                sentences.append(
+                    f"{each.left_out} combinations of participant, distance and width have fewer "
+                    f"than {FEWEST} movements, no spread, or a mean movement away from the target, "
+                    "and are left out."
+                )
+        return sentences
+
+    def task_blocks(
+        self, task: TaskPointing, svgs: Svgs, level: float, _quantity: Quantity
+    ) -> Blocks:
+        rows = [
+            [
+                each.feedback,
+                str(each.movements),
+                _mean(each.error_share),
+                _mean(each.movement_time_s),
+                _mean(each.throughput_bit_s),
+                _mean(each.intercept_s, 3),
+                _mean(each.slope_s_per_bit, 3),
+            ]
+            for each in task.conditions
+        ]
+        return [
+            *html.figure_if_drawn(
+                svgs,
+                f"pointing_{task.task}",
+                "Mean movement time by index of difficulty. Pale: participants; lines: means of "
+                "participants' regressions.",
+                "Movement time by index of difficulty",
+            ),
+            html.table(
+                html.columns("Feedback", *HEADS, left=1),
+                rows,
+                f"Means across participants with {level:g} % intervals. Errors: proportion of "
+                "selections that missed the target.",
+            ),
+        ]
+
+    def task_figures(self, task: TaskPointing, _: object, _quantity: Quantity) -> Figures:
+        return {f"pointing_{task.task}": movement_times(task)}
+
+    def task_rows(self, task: TaskPointing) -> list[JsonObject]:
+        return [
+            row
+            for each in task.conditions
+            for row in flat_rows(
+                {"task": task.task, "feedback": each.feedback},
+                [renamed(person, cells="") for person in each.people],
+            )
+        ]
+
+
+ANALYSIS = _Pointing()

@@ -32,7 +32,7 @@ from slipscale.analysis.statistics.mean_over_participants import (
 )
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.statistics.regression import fit_lines
-from slipscale.analysis.statistics.statistic import Family, Inputs, Statistic
+from slipscale.analysis.statistics.statistic import Family, Inputs, Named, Statistic
 from slipscale.experiments.dataset.schema import PARTICIPANT
 from slipscale.experiments.protocols.pointing import ON_TARGET, PLAIN, WIDTH_IN_SD
 
@@ -237,11 +237,10 @@ def _of(cells: list[Cell], value: Callable[[Cell], float]) -> NDArray[np.float64
     return np.array([value(each) for each in cells], np.float64)
 
 
-POINTING: Statistic[tuple[TaskPointing, ...]] = Statistic(
-    key="pointing",
-    meaning="pointing: throughput, and movement time by index of difficulty",
-    compute=pointing,
-    families=(
+class _Pointing(Statistic[tuple[TaskPointing, ...]]):
+    key = "pointing"
+    meaning = "pointing: throughput, and movement time by index of difficulty"
+    families = (
         Family(
             name="effect of feedback, t tests of throughput and of movement time",
             read=lambda tasks: [
@@ -251,16 +250,22 @@ POINTING: Statistic[tuple[TaskPointing, ...]] = Statistic(
                 if gain
             ],
         ),
-    ),
-    methods="Pointing throughput is the mean of the effective index of difficulty (Shannon "
-    "formulation) divided by movement time [[soukoreff2004]], with an effective width of 4.133 "
-    "standard deviations of the selections along the movement.",
-    conclusions={
-        r"(.+)\.throughput_gain_bit_s\.p": "{0}: throughput differs with feedback (t test)",
-        r"(.+)\.time_gain_s\.p": "{0}: movement time differs with feedback (t test)",
-    },
-    headlines={
-        r"(.+)\.conditions\.0\.throughput_bit_s\.mean": "{0}: throughput, bit/s",
-        r"(.+)\.throughput_gain_bit_s\.mean": "{0}: throughput gain with feedback, bit/s",
-    },
-)
+    )
+    methods = (
+        "Pointing throughput is the mean of the effective index of difficulty (Shannon "
+        "formulation) divided by movement time [[soukoreff2004]], with an effective width of 4.133 "
+        "standard deviations of the selections along the movement."
+    )
+    conclusions = (
+        Named("*.throughput_gain_bit_s.p", "{0}: throughput differs with feedback (t test)"),
+        Named("*.time_gain_s.p", "{0}: movement time differs with feedback (t test)"),
+    )
+    headlines = (
+        Named("*.conditions.0.throughput_bit_s.mean", "{0}: throughput, bit/s"),
+        Named("*.throughput_gain_bit_s.mean", "{0}: throughput gain with feedback, bit/s"),
+    )
+
+    compute = staticmethod(pointing)
+
+
+POINTING = _Pointing()

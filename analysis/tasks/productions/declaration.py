@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator
 from math import exp
 
 import numpy as np
@@ -10,10 +10,14 @@ import pandas as pd
 from markupsafe import Markup
 from matplotlib.figure import Figure
 
+from slipscale.analysis.json_form import JsonObject
+from slipscale.analysis.preprocessing.log_transform import Prepared
+from slipscale.analysis.reading.dataset import Dataset
 from slipscale.analysis.statistics.not_computed import NotComputed, fold
 from slipscale.analysis.statistics.regression import fit_lines
+from slipscale.analysis.statistics.statistic import SessionTable
 from slipscale.analysis.tasks.declared.flat_table import flat_rows
-from slipscale.analysis.tasks.declared.one_statistic import of_one_statistic
+from slipscale.analysis.tasks.declared.one_statistic import Blocks, Figures, OneStatistic, Svgs
 from slipscale.analysis.tasks.declared.session_tables import logarithms, mean_by_session
 from slipscale.analysis.tasks.productions.statistics import (
     PRODUCTIONS,
@@ -31,18 +35,13 @@ from slipscale.analysis.writing.points import (
     draw_standard,
     make_logarithmic,
 )
-from slipscale.analysis.writing.task_names import task_name
 from slipscale.figure_style import BLUE, canvas, styled
 from slipscale.stimuli.quantity import Quantity, capitalised
 
 
-def _title(found: TaskProductions) -> str:
-    return task_name("Magnitude production", found.task)
-
-
-def _answer(found: TaskProductions, confidence: float, quantity: Quantity) -> str:
+def _answer(name: str, found: TaskProductions, confidence: float, quantity: Quantity) -> str:
     what = (
-        f"{_title(found)}, {counted(found.answers, 'production', 'productions')} by "
+        f"{name}, {counted(found.answers, 'production', 'productions')} by "
         f"{counted(found.participants, 'participant', 'participants')}, with a standard of "
         f"{quantity.value(found.standard_level)} called {found.modulus:g}"
     )
@@ -90,62 +89,6 @@ def _both(found: BothExponents, confidence: float) -> str:
         "(Stevens & Greenbaum, 1966) is the geometric mean of the two exponents, "
         f"{number(found.combined)}, CI {bracketed(found.combined_interval)}."
     )
-
-
-def _answers(found: TaskProductions, confidence: float, quantity: Quantity) -> list[str]:
-    texts = [_answer(found, confidence, quantity)]
-    if found.both:
-        texts.append(_both(found.both, confidence))
-    return texts
-
-
-def _biases(found: TaskProductions, confidence: float, quantity: Quantity) -> list[str]:
-    """Return sentences on starting amplitudes, adjustment limits and catch trials."""
-    texts = []
-    beginning = found.beginning
-    if beginning:
-        percent = 100 * (exp(beginning.mean) - 1)
-        low, high = (100 * (exp(bound) - 1) for bound in beginning.interval)
-        texts.append(
-            f"Adjustments that started high ended {number(abs(percent), 1)} % "
-            f"{'higher' if percent >= 0 else 'lower'} than adjustments that started low, "
-            f"{level_of(confidence)} CI of the difference [{number(low, 1)}, {number(high, 1)}] %."
-        )
-    if found.at_bounds:
-        texts.append(
-            f"{found.at_bounds} of {found.answers} productions ended within one notch of the "
-            "adjustment limits. If participants wanted to adjust beyond the limits, the slope is "
-            "too small and the exponent too large."
-        )
-    if found.catch_level is not None:
-        texts.append(
-            f"In {counted(found.catch_trials, 'catch trial', 'catch trials')} with the standard's "
-            f"number, participants produced {quantity.value(significant(found.catch_level))} (the "
-            f"standard is {quantity.value(found.standard_level)})."
-        )
-    return texts
-
-
-def _blocks(
-    task: TaskProductions, svgs: Mapping[str, str], level: float, quantity: Quantity
-) -> list[Markup]:
-    levels = quantity.levels
-    return [
-        *html.figure_if_drawn(
-            svgs,
-            f"productions_{task.task}",
-            f"{capitalised(levels)} produced for the numbers shown, on logarithmic axes. Pale: "
-            "individual participants' geometric means; blue: the group geometric mean with a "
-            f"t-based {level:g} % interval, and the line whose slope is the inverse of the "
-            "exponent; black: the standard and its number.",
-            f"Geometric mean {levels}: "
-            + ", ".join(
-                f"{each.number:g}: {quantity.value(f'{each.level:.3g}')}" for each in task.numbers
-            ),
-        ),
-        _production_table(task, quantity),
-        *fold(task.both, lambda _: [], _alone),
-    ]
 
 
 def _alone(reason: str) -> list[Markup]:
@@ -203,32 +146,96 @@ def productions(found: TaskProductions, trials: pd.DataFrame, quantity: Quantity
     return figure
 
 
-ANALYSIS = of_one_statistic(
-    "productions",
-    TRIALS,
-    PRODUCTIONS,
-    question="Which {q.levels} match given numbers for {q.judged}?",
-    what="magnitude-production",
-    title="Magnitude production",
-    named=lambda task, _q: _title(task),
-    answers=_answers,
-    remarks=_biases,
-    blocks=_blocks,
-    figures=lambda task, trials, q: {
-        f"productions_{task.task}": productions(task, trials[trials["task"] == task.task], q)
-    },
-    rows=lambda task: flat_rows(
-        {
+class _Productions(OneStatistic[TaskProductions]):
+    name = "productions"
+    trials = TRIALS
+    statistics = (PRODUCTIONS,)
+    question = "Which {q.levels} match given numbers for {q.judged}?"
+    what = "magnitude-production"
+    title = "Magnitude production"
+
+    def task_answers(
+        self, found: TaskProductions, confidence: float, quantity: Quantity
+    ) -> list[str]:
+        texts = [_answer(self.task_name(found, quantity), found, confidence, quantity)]
+        if found.both:
+            texts.append(_both(found.both, confidence))
+        return texts
+
+    def task_remarks(
+        self, found: TaskProductions, confidence: float, quantity: Quantity
+    ) -> list[str]:
+        """Return sentences on starting amplitudes, adjustment limits and catch trials."""
+        texts = []
+        beginning = found.beginning
+        if beginning:
+            percent = 100 * (exp(beginning.mean) - 1)
+            low, high = (100 * (exp(bound) - 1) for bound in beginning.interval)
+            texts.append(
+                f"Adjustments that started high ended {number(abs(percent), 1)} % "
+                f"{'higher' if percent >= 0 else 'lower'} than adjustments that started low, "
+                f"{level_of(confidence)} CI of the difference [{number(low, 1)}, "
+                f"{number(high, 1)}] %."
+            )
+        if found.at_bounds:
+            texts.append(
+                f"{found.at_bounds} of {found.answers} productions ended within one notch of the "
+                "adjustment limits. If participants wanted to adjust beyond the limits, the slope "
+                "is too small and the exponent too large."
+            )
+        if found.catch_level is not None:
+            texts.append(
+                f"In {counted(found.catch_trials, 'catch trial', 'catch trials')} with the "
+                "standard's number, participants produced "
+                f"{quantity.value(significant(found.catch_level))} (the standard is "
+                f"{quantity.value(found.standard_level)})."
+            )
+        return texts
+
+    def task_blocks(
+        self, task: TaskProductions, svgs: Svgs, level: float, quantity: Quantity
+    ) -> Blocks:
+        levels = quantity.levels
+        return [
+            *html.figure_if_drawn(
+                svgs,
+                f"productions_{task.task}",
+                f"{capitalised(levels)} produced for the numbers shown, on logarithmic axes. Pale: "
+                "individual participants' geometric means; blue: the group geometric mean with a "
+                f"t-based {level:g} % interval, and the line whose slope is the inverse of the "
+                "exponent; black: the standard and its number.",
+                f"Geometric mean {levels}: "
+                + ", ".join(
+                    f"{each.number:g}: {quantity.value(f'{each.level:.3g}')}"
+                    for each in task.numbers
+                ),
+            ),
+            _production_table(task, quantity),
+            *fold(task.both, lambda _: [], _alone),
+        ]
+
+    def task_figures(
+        self, task: TaskProductions, trials: pd.DataFrame, quantity: Quantity
+    ) -> Figures:
+        own = trials[trials["task"] == task.task]
+        return {f"productions_{task.task}": productions(task, own, quantity)}
+
+    def task_rows(self, task: TaskProductions) -> list[JsonObject]:
+        of_task: JsonObject = {
             "task": task.task,
             "standard_level": task.standard_level,
             "modulus": task.modulus,
-        },
-        task.numbers,
-    ),
-    session_tables=mean_by_session(
-        TRIALS,
-        "mean produced {q.level}",
-        "natural logarithm, {q.unit_in_short}",
-        lambda rows: logarithms(rows["produced_level"]),
-    ),
-)
+        }
+        return flat_rows(of_task, task.numbers)
+
+    def session_tables(self, data: Dataset, _prepared: Prepared | None) -> Iterator[SessionTable]:
+        return mean_by_session(
+            data,
+            TRIALS,
+            "mean produced {q.level}",
+            "natural logarithm, {q.unit_in_short}",
+            lambda rows: logarithms(rows["produced_level"]),
+        )
+
+
+ANALYSIS = _Productions()

@@ -26,7 +26,7 @@ from slipscale.analysis.statistics.mean_over_participants import (
 from slipscale.analysis.statistics.not_computed import NotComputed, missing
 from slipscale.analysis.statistics.power_law import exponents
 from slipscale.analysis.statistics.regression import fit_lines
-from slipscale.analysis.statistics.statistic import Inputs, Statistic
+from slipscale.analysis.statistics.statistic import Inputs, Named, Statistic
 from slipscale.analysis.tasks.ratios.statistics import TRIALS as RATIO_TRIALS
 from slipscale.analysis.tasks.ratios.statistics import catch_mean, geometric, log_cells
 from slipscale.experiments.dataset.schema import PARTICIPANT
@@ -320,19 +320,23 @@ def counterpart(inputs: Inputs) -> Counterpart | None:
     return Counterpart(name="ratio judgements", exponents=exponents(logs)["exponent"])
 
 
-def _productions(inputs: Inputs) -> tuple[TaskProductions, ...] | NotComputed:
-    data = inputs.data
-    return productions(data.of(TRIALS), data.choices.confidence, counterpart=counterpart(inputs))
+class _Productions(Statistic[tuple[TaskProductions, ...]]):
+    key = "productions"
+    meaning = "magnitude production: produced {q.levels}, slope and exponent"
+    methods = (
+        "The exponent of magnitude production is the inverse of the mean of participants' "
+        "regression slopes of log {q.name} on log number, with a t-based interval. For "
+        "participants who also gave estimates or ratios, the exponents of both tasks were compared "
+        "and combined as geometric means [[stevens1966]]."
+    )
+    conclusions = (Named("*.slope.p", "{0}: produced {q.levels} rise with the number"),)
+    headlines = (Named("*.exponent", "{0[0]}: exponent"),)
+
+    def compute(self, inputs: Inputs) -> tuple[TaskProductions, ...] | NotComputed:
+        data = inputs.data
+        return productions(
+            data.of(TRIALS), data.choices.confidence, counterpart=counterpart(inputs)
+        )
 
 
-PRODUCTIONS: Statistic[tuple[TaskProductions, ...]] = Statistic(
-    key="productions",
-    meaning="magnitude production: produced {q.levels}, slope and exponent",
-    compute=_productions,
-    methods="The exponent of magnitude production is the inverse of the mean of participants' "
-    "regression slopes of log {q.name} on log number, with a t-based interval. For participants "
-    "who also gave estimates or ratios, the exponents of both tasks were compared and combined as "
-    "geometric means [[stevens1966]].",
-    conclusions={r"(.+)\.slope\.p": "{0}: produced {q.levels} rise with the number"},
-    headlines={r"([^ ]+)(?: - .+)?\.exponent": "{0}: exponent"},
-)
+PRODUCTIONS = _Productions()

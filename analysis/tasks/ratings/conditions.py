@@ -10,7 +10,7 @@ are too narrow. Interactions between factor and surface are not tested.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import pandas as pd
@@ -21,8 +21,8 @@ from slipscale.analysis.reading.trial_tables import FACTOR
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.statistics.repeated_measures.omnibus import Friedman, friedman_of
 from slipscale.analysis.statistics.repeated_measures.pairwise import TIED_DECIMALS
-from slipscale.analysis.statistics.statistic import Family, Statistic
-from slipscale.analysis.tasks.kind import Analysis, TaskAnalysis
+from slipscale.analysis.statistics.statistic import Family, Inputs, Named, Statistic
+from slipscale.analysis.tasks.kind import Analysis
 from slipscale.analysis.tasks.ratings.pairs import RatedPair, corrected, pairs_of
 from slipscale.analysis.tasks.ratings.statistics import TRIALS
 from slipscale.analysis.writing import html
@@ -40,6 +40,8 @@ from slipscale.analysis.writing.numbers import (
 )
 from slipscale.analysis.writing.task_names import task_name
 from slipscale.experiments.dataset.schema import PARTICIPANT
+
+TITLE = "Ratings by condition"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -96,7 +98,8 @@ def _compared(task: str, name: str, rows: pd.DataFrame, confidence: float) -> Fa
     )
 
 
-def _sentences(analysis: Analysis) -> list[str]:
+def sentences(analysis: Analysis) -> list[str]:
+    """Return a sentence for each task and factor."""
     confidence = analysis.dataset.choices.confidence
     return [
         f"{task_name('Ratings', each.task)}, {factor_name(each.factor)}: {'; '.join(parts)}."
@@ -124,9 +127,9 @@ def _parts(found: FactorRatings, confidence: float) -> Iterator[str]:
             )
 
 
-def _section(analysis: Analysis, _svgs: Mapping[str, str]) -> ReportSection:
+def section(analysis: Analysis) -> ReportSection:
     """Return the section with a table of all comparisons; it is empty without factors."""
-    written = ReportSection("Ratings by condition")
+    written = ReportSection(TITLE)
     rows = [
         [
             task_name("Ratings", each.task),
@@ -152,13 +155,10 @@ def _section(analysis: Analysis, _svgs: Mapping[str, str]) -> ReportSection:
     return written
 
 
-CONDITIONS: Statistic[tuple[FactorRatings, ...]] = Statistic(
-    key="rating_conditions",
-    meaning="ratings compared between the levels of factors: Friedman's and pairwise tests",
-    compute=lambda inputs: rating_conditions(
-        inputs.data.of(TRIALS), inputs.data.choices.confidence
-    ),
-    families=(
+class _Conditions(Statistic[tuple[FactorRatings, ...]]):
+    key = "rating_conditions"
+    meaning = "ratings compared between the levels of factors: Friedman's and pairwise tests"
+    families = (
         Family(
             name="ratings by factor, Friedman's test",
             read=lambda tasks: [each.friedman.p for each in tasks if each.friedman],
@@ -168,26 +168,19 @@ CONDITIONS: Statistic[tuple[FactorRatings, ...]] = Statistic(
             corrected=True,
             read=lambda tasks: [pair.p_wilcoxon for each in tasks for pair in each.pairs],
         ),
-    ),
-    methods="For each factor, participants' mean ratings of the surfaces that they rated at every "
-    "level were compared by Friedman's test and, in pairs of levels, by Wilcoxon signed-rank tests "
-    "with Holm's correction across all of these pairs.",
-    conclusions={
-        r"(.+)\.friedman\.p": "{0}: ratings differ between conditions (Friedman's test)",
-        r"(.+)\.pairs\.(.+) - (.+)\.p_wilcoxon_holm": "{0}: {1} and {2} differ "
-        "(Wilcoxon's test, Holm)",
-    },
-)
-
-
-def with_conditions(kind: TaskAnalysis) -> TaskAnalysis:
-    """Add the comparison of ratings between conditions to a declaration."""
-    return replace(
-        kind,
-        statistics=(*kind.statistics, CONDITIONS),
-        sentences=lambda analysis: {
-            **kind.sentences(analysis),
-            "Ratings by condition": _sentences(analysis),
-        },
-        sections=(*kind.sections, _section),
     )
+    methods = (
+        "For each factor, participants' mean ratings of the surfaces that they rated at every "
+        "level were compared by Friedman's test and, in pairs of levels, by Wilcoxon signed-rank "
+        "tests with Holm's correction across all of these pairs."
+    )
+    conclusions = (
+        Named("*.friedman.p", "{0}: ratings differ between conditions (Friedman's test)"),
+        Named("*.pairs.*.p_wilcoxon_holm", "{0}: {1[0]} and {1[1]} differ (Wilcoxon's test, Holm)"),
+    )
+
+    def compute(self, inputs: Inputs) -> tuple[FactorRatings, ...] | NotComputed:
+        return rating_conditions(inputs.data.of(TRIALS), inputs.data.choices.confidence)
+
+
+CONDITIONS = _Conditions()

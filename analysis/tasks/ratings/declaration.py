@@ -2,23 +2,29 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 
 import numpy as np
 import pandas as pd
 from markupsafe import Markup
 from matplotlib.figure import Figure
 
-from slipscale.analysis.json_form import renamed
+from slipscale.analysis.json_form import JsonObject, renamed
+from slipscale.analysis.preprocessing.log_transform import Prepared
+from slipscale.analysis.reading.dataset import Dataset
 from slipscale.analysis.reading.surface_labels import with_unit
 from slipscale.analysis.statistics.not_computed import NotComputed, computed
+from slipscale.analysis.statistics.statistic import SessionTable
 from slipscale.analysis.tasks.declared.flat_table import flat_rows
-from slipscale.analysis.tasks.declared.one_statistic import of_one_statistic
+from slipscale.analysis.tasks.declared.one_statistic import Blocks, Figures, OneStatistic, Svgs
 from slipscale.analysis.tasks.declared.session_tables import mean_by_session
-from slipscale.analysis.tasks.ratings.conditions import with_conditions
+from slipscale.analysis.tasks.kind import Analysis
+from slipscale.analysis.tasks.ratings import conditions
+from slipscale.analysis.tasks.ratings.conditions import CONDITIONS
 from slipscale.analysis.tasks.ratings.statistics import RATINGS, TRIALS, TaskRatings, cells
 from slipscale.analysis.writing import html
 from slipscale.analysis.writing.axes import apart
+from slipscale.analysis.writing.html import ReportSection
 from slipscale.analysis.writing.numbers import (
     DASH,
     bracketed,
@@ -39,26 +45,6 @@ from slipscale.stimuli.quantity import Quantity
 
 #: Field -> column name, if they differ.
 COLUMNS = {"sd": "standard_deviation", "at_left": "at_left_end", "at_right": "at_right_end"}
-
-
-def _title(found: TaskRatings) -> str:
-    kind = "Visual analogue scale" if found.categories is None else "Category scale"
-    return task_name(kind, found.task)
-
-
-def _answer(found: TaskRatings, quantity: Quantity) -> str:
-    numbers = (
-        "mean positions on the line from 0 (left) to 100 (right)"
-        if found.categories is None
-        else f"mean categories, from 1 (lowest) to {found.categories},"
-    )
-    means = joined(
-        [f"{number(each.mean, 1)} ({with_unit(each.surface, quantity)})" for each in found.surfaces]
-    )
-    return (
-        f"{_title(found)}, {counted(found.answers, 'rating', 'ratings')} by "
-        f"{counted(found.participants, 'participant', 'participants')}: {numbers} were {means}."
-    )
 
 
 def _tests(found: TaskRatings, confidence: float, quantity: Quantity) -> str:
@@ -117,23 +103,6 @@ def _biases(found: TaskRatings, confidence: float) -> list[str]:
         "but ratios and exponents are not meaningful."
     )
     return texts
-
-
-def _blocks(
-    task: TaskRatings, svgs: Mapping[str, str], level: float, quantity: Quantity
-) -> list[Markup]:
-    return [
-        *html.figure_if_drawn(
-            svgs,
-            f"ratings_{task.task}",
-            f"{_numbers(task)}. Pale: individual participants' means; blue: the group mean with a "
-            f"t-based {level:g} % interval.",
-            "Mean ratings: "
-            + ", ".join(f"{each.surface}: {number(each.mean, 1)}" for each in task.surfaces),
-        ),
-        _rating_table(task, quantity),
-        _pair_table(task),
-    ]
 
 
 def _rating_table(task: TaskRatings, quantity: Quantity) -> Markup:
@@ -232,30 +201,76 @@ def ratings(found: TaskRatings, trials: pd.DataFrame, quantity: Quantity) -> Fig
     return figure
 
 
-ANALYSIS = with_conditions(
-    of_one_statistic(
-        "ratings",
-        TRIALS,
-        RATINGS,
-        question="Where on a scale between two words do the {q.stimuli} lie?",
-        what="rating",
-        title="Rating scales",
-        named=lambda task, _q: _title(task),
-        answers=lambda task, _, q: [_answer(task, q)],
-        remarks=lambda task, level, q: [_tests(task, level, q)],
-        heading="Ratings on a scale",
-        blocks=_blocks,
-        figures=lambda task, trials, q: {
-            f"ratings_{task.task}": ratings(task, trials[trials["task"] == task.task], q)
-        },
-        rows=lambda task: flat_rows(
-            {"task": task.task}, [renamed(each, **COLUMNS) for each in task.surfaces]
-        ),
-        session_tables=mean_by_session(
+class _Ratings(OneStatistic[TaskRatings]):
+    name = "ratings"
+    trials = TRIALS
+    statistics = (RATINGS, CONDITIONS)
+    question = "Where on a scale between two words do the {q.stimuli} lie?"
+    what = "rating"
+    title = "Rating scales"
+    heading = "Ratings on a scale"
+
+    def task_name(self, found: TaskRatings, _quantity: Quantity) -> str:
+        kind = "Visual analogue scale" if found.categories is None else "Category scale"
+        return task_name(kind, found.task)
+
+    def task_answer(self, found: TaskRatings, _confidence: float, quantity: Quantity) -> str:
+        numbers = (
+            "mean positions on the line from 0 (left) to 100 (right)"
+            if found.categories is None
+            else f"mean categories, from 1 (lowest) to {found.categories},"
+        )
+        means = joined(
+            [
+                f"{number(each.mean, 1)} ({with_unit(each.surface, quantity)})"
+                for each in found.surfaces
+            ]
+        )
+        return (
+            f"{self.task_name(found, quantity)}, {counted(found.answers, 'rating', 'ratings')} by "
+            f"{counted(found.participants, 'participant', 'participants')}: {numbers} were {means}."
+        )
+
+    def task_remarks(self, task: TaskRatings, confidence: float, quantity: Quantity) -> list[str]:
+        return [_tests(task, confidence, quantity)]
+
+    def task_blocks(
+        self, task: TaskRatings, svgs: Svgs, level: float, quantity: Quantity
+    ) -> Blocks:
+        return [
+            *html.figure_if_drawn(
+                svgs,
+                f"ratings_{task.task}",
+                f"{_numbers(task)}. Pale: individual participants' means; blue: the group mean "
+                f"with a t-based {level:g} % interval.",
+                "Mean ratings: "
+                + ", ".join(f"{each.surface}: {number(each.mean, 1)}" for each in task.surfaces),
+            ),
+            _rating_table(task, quantity),
+            _pair_table(task),
+        ]
+
+    def task_figures(self, task: TaskRatings, trials: pd.DataFrame, quantity: Quantity) -> Figures:
+        own = trials[trials["task"] == task.task]
+        return {f"ratings_{task.task}": ratings(task, own, quantity)}
+
+    def task_rows(self, task: TaskRatings) -> list[JsonObject]:
+        return flat_rows({"task": task.task}, [renamed(each, **COLUMNS) for each in task.surfaces])
+
+    def sentences(self, analysis: Analysis) -> Mapping[str, list[str]]:
+        return {**super().sentences(analysis), conditions.TITLE: conditions.sentences(analysis)}
+
+    def sections(self, analysis: Analysis, svgs: Mapping[str, str]) -> list[ReportSection]:
+        return [*super().sections(analysis, svgs), conditions.section(analysis)]
+
+    def session_tables(self, data: Dataset, _prepared: Prepared | None) -> Iterator[SessionTable]:
+        return mean_by_session(
+            data,
             TRIALS,
             "mean rating",
             "position on the line, 0 to 100, or category",
             lambda rows: rows["rating"].astype(float),
-        ),
-    )
-)
+        )
+
+
+ANALYSIS = _Ratings()

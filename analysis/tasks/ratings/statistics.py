@@ -32,7 +32,7 @@ from slipscale.analysis.statistics.repeated_measures.omnibus import (
     friedman_of,
     page_trend_of,
 )
-from slipscale.analysis.statistics.statistic import Family, Statistic
+from slipscale.analysis.statistics.statistic import Family, Inputs, Named, Statistic
 from slipscale.analysis.tasks.ratings.pairs import RatedPair, corrected, pairs_of
 from slipscale.analysis.tasks.scales.statistics import in_order
 from slipscale.experiments.dataset.schema import PARTICIPANT
@@ -257,13 +257,10 @@ def _ps(tests: Iterable[Friedman | PageTrend | NotComputed]) -> list[float]:
     return [test.p for test in tests if test]
 
 
-RATINGS: Statistic[tuple[TaskRatings, ...]] = Statistic(
-    key="ratings",
-    meaning="ratings on a line: means, Friedman's test, ordered trend and pairwise tests",
-    compute=lambda inputs: ratings(
-        inputs.data.of(TRIALS), inputs.data.choices.confidence, inputs.data.quantity
-    ),
-    families=(
+class _Ratings(Statistic[tuple[TaskRatings, ...]]):
+    key = "ratings"
+    meaning = "ratings on a line: means, Friedman's test, ordered trend and pairwise tests"
+    families = (
         Family(
             name="ratings, Friedman's test",
             read=lambda tasks: _ps(task.friedman for task in tasks),
@@ -277,16 +274,23 @@ RATINGS: Statistic[tuple[TaskRatings, ...]] = Statistic(
             corrected=True,
             read=lambda tasks: [pair.p_wilcoxon for task in tasks for pair in task.pairs],
         ),
-    ),
-    methods="Participants' mean ratings were compared between surfaces by Friedman's test "
-    "[[friedman1937]], between pairs of surfaces by Wilcoxon signed-rank tests [[wilcoxon1945]] "
-    "with Holm's correction across all pairs [[holm1979]], and across ordered {q.levels} by Page's "
-    "test [[page1963]]. Ratings were not normalised, and means have t-based intervals.",
-    conclusions={
-        r"(.+)\.friedman\.p": "{0}: ratings differ between surfaces (Friedman's test)",
-        r"(.+)\.page_trend\.p": "{0}: ratings {q.grow} with {q.level} (Page's test)",
-        r"(.+)\.pairs\.(.+) - (.+)\.p_wilcoxon_holm": "{0}: {1} and {2} differ "
-        "(Wilcoxon's test, Holm)",
-    },
-    headlines={r"(.+)\.surfaces\.(.+)\.mean": "{0}: mean rating of {1}"},
-)
+    )
+    methods = (
+        "Participants' mean ratings were compared between surfaces by Friedman's test "
+        "[[friedman1937]], between pairs of surfaces by Wilcoxon signed-rank tests "
+        "[[wilcoxon1945]] with Holm's correction across all pairs [[holm1979]], and across ordered "
+        "{q.levels} by Page's test [[page1963]]. Ratings were not normalised, and means have "
+        "t-based intervals."
+    )
+    conclusions = (
+        Named("*.friedman.p", "{0}: ratings differ between surfaces (Friedman's test)"),
+        Named("*.page_trend.p", "{0}: ratings {q.grow} with {q.level} (Page's test)"),
+        Named("*.pairs.*.p_wilcoxon_holm", "{0}: {1[0]} and {1[1]} differ (Wilcoxon's test, Holm)"),
+    )
+    headlines = (Named("*.surfaces.*.mean", "{0}: mean rating of {1}"),)
+
+    def compute(self, inputs: Inputs) -> tuple[TaskRatings, ...] | NotComputed:
+        return ratings(inputs.data.of(TRIALS), inputs.data.choices.confidence, inputs.data.quantity)
+
+
+RATINGS = _Ratings()

@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator
 
 import numpy as np
 import pandas as pd
 from markupsafe import Markup
 from matplotlib.figure import Figure
 
+from slipscale.analysis.json_form import JsonObject
+from slipscale.analysis.preprocessing.log_transform import Prepared
+from slipscale.analysis.reading.dataset import Dataset
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.statistics.regression import fit_lines
+from slipscale.analysis.statistics.statistic import SessionTable
 from slipscale.analysis.tasks.declared.flat_table import flat_rows
-from slipscale.analysis.tasks.declared.one_statistic import of_one_statistic
+from slipscale.analysis.tasks.declared.one_statistic import Blocks, Figures, OneStatistic, Svgs
 from slipscale.analysis.tasks.declared.session_tables import logarithms, mean_by_session
 from slipscale.analysis.tasks.ratios.statistics import RATIOS, TRIALS, TaskRatios, log_cells
 from slipscale.analysis.writing import html
@@ -21,64 +25,6 @@ from slipscale.analysis.writing.points import SIZE, draw_means, draw_people, mak
 from slipscale.analysis.writing.task_names import task_name
 from slipscale.figure_style import BLUE, GREY, INK, canvas, styled
 from slipscale.stimuli.quantity import Quantity
-
-
-def _title(found: TaskRatios, quantity: Quantity) -> str:
-    return task_name(f"Ratio judgements against {quantity.value(found.standard_level)}", found.task)
-
-
-def _answer(found: TaskRatios, confidence: float, quantity: Quantity) -> str:
-    what = (
-        f"{_title(found, quantity)}, {counted(found.answers, 'judgement', 'judgements')} by "
-        f"{counted(found.participants, 'participant', 'participants')}"
-    )
-    law = found.power_law
-    if isinstance(law, NotComputed):
-        return f"{what}: no exponent was computed ({law.reason})."
-    return (
-        f"{what}: the mean exponent of participants' power functions of {quantity.name} was "
-        f"{number(law.exponent)}, {level_of(confidence)} CI {bracketed(law.interval)} (n = "
-        f"{law.n}; {law.points} {quantity.levels} above {quantity.value(0)})."
-    )
-
-
-def _ratios(found: TaskRatios, confidence: float, quantity: Quantity) -> str:
-    each = "; ".join(
-        f"{quantity.value(one.comparison_level)} {significant(one.ratio)} times"
-        + ("" if one.interval is None else f", {bracketed(one.interval, significant)}")
-        for one in found.surfaces
-    )
-    text = (
-        f"Judged ratios to the standard (geometric means, {level_of(confidence)} CI of "
-        f"participants' mean logarithms): {each}."
-    )
-    if found.catch_ratio is None:
-        return text
-    return (
-        f"{text} The standard itself was judged {significant(found.catch_ratio)} times as "
-        f"{quantity.adjective} ({counted(found.catch_trials, 'catch trial', 'catch trials')}; "
-        "correct: 1)."
-    )
-
-
-def _blocks(
-    task: TaskRatios, svgs: Mapping[str, str], level: float, quantity: Quantity
-) -> list[Markup]:
-    return [
-        *html.figure_if_drawn(
-            svgs,
-            f"ratios_{task.name}",
-            "Ratios to the standard, on logarithmic axes. Pale: individual participants' geometric "
-            f"means; blue: the group geometric mean with a t-based {level:g} % interval, and the "
-            "power function through them; black: the standard, 1 by definition.",
-            "Geometric mean ratios: "
-            + ", ".join(
-                f"{quantity.value(each.comparison_level)}: {each.ratio:.3g}"
-                for each in task.surfaces
-            ),
-        ),
-        _ratio_table(task, quantity),
-    ]
 
 
 def _ratio_table(task: TaskRatios, quantity: Quantity) -> Markup:
@@ -132,24 +78,82 @@ def ratios(found: TaskRatios, trials: pd.DataFrame, quantity: Quantity) -> Figur
     return figure
 
 
-ANALYSIS = of_one_statistic(
-    "ratios",
-    TRIALS,
-    RATIOS,
-    question="How {q.adjective} is each {q.stimulus} relative to a standard?",
-    what="ratio-judgement",
-    title="Ratio judgements",
-    named=_title,
-    answers=lambda task, level, q: [_answer(task, level, q)],
-    remarks=lambda task, level, q: [_ratios(task, level, q)],
-    blocks=_blocks,
-    figures=lambda task, trials, q: {
-        f"ratios_{task.name}": ratios(task, trials[trials["task"] == task.task], q)
-    },
-    rows=lambda task: flat_rows(
-        {"task": task.task, "standard_level": task.standard_level}, task.surfaces
-    ),
-    session_tables=mean_by_session(
-        TRIALS, "mean ratio", "natural logarithm", lambda rows: logarithms(rows["ratio"])
-    ),
-)
+class _Ratios(OneStatistic[TaskRatios]):
+    name = "ratios"
+    trials = TRIALS
+    statistics = (RATIOS,)
+    question = "How {q.adjective} is each {q.stimulus} relative to a standard?"
+    what = "ratio-judgement"
+    title = "Ratio judgements"
+
+    def task_name(self, found: TaskRatios, quantity: Quantity) -> str:
+        return task_name(
+            f"Ratio judgements against {quantity.value(found.standard_level)}", found.task
+        )
+
+    def task_answer(self, found: TaskRatios, confidence: float, quantity: Quantity) -> str:
+        what = (
+            f"{self.task_name(found, quantity)}, "
+            f"{counted(found.answers, 'judgement', 'judgements')} by "
+            f"{counted(found.participants, 'participant', 'participants')}"
+        )
+        law = found.power_law
+        if isinstance(law, NotComputed):
+            return f"{what}: no exponent was computed ({law.reason})."
+        return (
+            f"{what}: the mean exponent of participants' power functions of {quantity.name} was "
+            f"{number(law.exponent)}, {level_of(confidence)} CI {bracketed(law.interval)} (n = "
+            f"{law.n}; {law.points} {quantity.levels} above {quantity.value(0)})."
+        )
+
+    def task_remarks(self, found: TaskRatios, confidence: float, quantity: Quantity) -> list[str]:
+        each = "; ".join(
+            f"{quantity.value(one.comparison_level)} {significant(one.ratio)} times"
+            + ("" if one.interval is None else f", {bracketed(one.interval, significant)}")
+            for one in found.surfaces
+        )
+        text = (
+            f"Judged ratios to the standard (geometric means, {level_of(confidence)} CI of "
+            f"participants' mean logarithms): {each}."
+        )
+        texts = [text]
+        if found.catch_ratio is not None:
+            texts.append(
+                f"The standard itself was judged {significant(found.catch_ratio)} times as "
+                f"{quantity.adjective} "
+                f"({counted(found.catch_trials, 'catch trial', 'catch trials')}; correct: 1)."
+            )
+        return texts
+
+    def task_blocks(self, task: TaskRatios, svgs: Svgs, level: float, quantity: Quantity) -> Blocks:
+        return [
+            *html.figure_if_drawn(
+                svgs,
+                f"ratios_{task.name}",
+                "Ratios to the standard, on logarithmic axes. Pale: individual participants' "
+                f"geometric means; blue: the group geometric mean with a t-based {level:g} % "
+                "interval, and the power function through them; black: the standard, 1 by "
+                "definition.",
+                "Geometric mean ratios: "
+                + ", ".join(
+                    f"{quantity.value(each.comparison_level)}: {each.ratio:.3g}"
+                    for each in task.surfaces
+                ),
+            ),
+            _ratio_table(task, quantity),
+        ]
+
+    def task_figures(self, task: TaskRatios, trials: pd.DataFrame, quantity: Quantity) -> Figures:
+        return {f"ratios_{task.name}": ratios(task, trials[trials["task"] == task.task], quantity)}
+
+    def task_rows(self, task: TaskRatios) -> list[JsonObject]:
+        of_task: JsonObject = {"task": task.task, "standard_level": task.standard_level}
+        return flat_rows(of_task, task.surfaces)
+
+    def session_tables(self, data: Dataset, _prepared: Prepared | None) -> Iterator[SessionTable]:
+        return mean_by_session(
+            data, TRIALS, "mean ratio", "natural logarithm", lambda rows: logarithms(rows["ratio"])
+        )
+
+
+ANALYSIS = _Ratios()

@@ -18,7 +18,7 @@ from slipscale.analysis.statistics.confidence_interval import ConfidenceInterval
 from slipscale.analysis.statistics.mean_over_participants import mean_over_participants
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.statistics.power_law import PowerLaw, power_law_of
-from slipscale.analysis.statistics.statistic import Statistic
+from slipscale.analysis.statistics.statistic import Inputs, Named, Statistic
 from slipscale.experiments.dataset.schema import PARTICIPANT
 
 JUDGED = ("ratio", "comparison_level", "standard_level")
@@ -175,12 +175,18 @@ def _task(
     )
 
 
-RATIOS: Statistic[tuple[TaskRatios, ...]] = Statistic(
-    key="ratios",
-    meaning="judged ratios to a standard, and the exponent of their power function",
-    compute=lambda inputs: ratios(inputs.data.of(TRIALS), inputs.data.choices.confidence),
-    methods="Judged ratios are geometric means across participants, with t-based intervals of "
-    "their logarithms. The exponent is the mean of participants' regression slopes of log ratios "
-    "on log {q.name} [[stevens1957]].",
-    headlines={r"([^ ]+)(?: - .+)?\.power_law\.exponent": "{0}: exponent"},
-)
+class _Ratios(Statistic[tuple[TaskRatios, ...]]):
+    key = "ratios"
+    meaning = "judged ratios to a standard, and the exponent of their power function"
+    methods = (
+        "Judged ratios are geometric means across participants, with t-based intervals of their "
+        "logarithms. The exponent is the mean of participants' regression slopes of log ratios on "
+        "log {q.name} [[stevens1957]]."
+    )
+    headlines = (Named("*.power_law.exponent", "{0[0]}: exponent"),)
+
+    def compute(self, inputs: Inputs) -> tuple[TaskRatios, ...] | NotComputed:
+        return ratios(inputs.data.of(TRIALS), inputs.data.choices.confidence)
+
+
+RATIOS = _Ratios()

@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
 import numpy as np
-from markupsafe import Markup
 from matplotlib.figure import Figure
 
-from slipscale.analysis.json_form import renamed
+from slipscale.analysis.json_form import JsonObject, renamed
 from slipscale.analysis.reading.surface_labels import with_unit
 from slipscale.analysis.statistics.not_computed import computed
 from slipscale.analysis.tasks.declared.flat_table import flat_rows
-from slipscale.analysis.tasks.declared.one_statistic import of_one_statistic
+from slipscale.analysis.tasks.declared.one_statistic import Blocks, Figures, OneStatistic, Svgs
 from slipscale.analysis.tasks.same_different.statistics import (
     SAME_DIFFERENT,
     TRIALS,
@@ -22,7 +19,6 @@ from slipscale.analysis.tasks.same_different.statistics import (
 from slipscale.analysis.writing import html
 from slipscale.analysis.writing.numbers import bracketed, cell, counted, joined, number
 from slipscale.analysis.writing.points import SIZE, draw_means
-from slipscale.analysis.writing.task_names import task_name
 from slipscale.figure_style import GREY, ORANGE, canvas, styled
 from slipscale.stimuli.quantity import Quantity
 
@@ -32,55 +28,8 @@ HEADS = (
 )
 
 
-def _named(task: TaskPairs) -> str:
-    return task_name("Same–different", task.task)
-
-
 def _pair(pair: PairSensitivity, quantity: Quantity) -> str:
     return f"{with_unit(pair.first, quantity)} and {with_unit(pair.second, quantity)}"
-
-
-def _answer(task: TaskPairs, quantity: Quantity) -> str:
-    pairs = [f"{number(each.d_prime)} ({_pair(each, quantity)})" for each in task.pairs]
-    return (
-        f"{_named(task)}, {counted(task.answers, 'answer', 'answers')} from "
-        f"{counted(task.participants, 'participant', 'participants')}: d' by the "
-        f"differencing model was {joined(pairs)}."
-    )
-
-
-def _blocks(
-    task: TaskPairs, svgs: Mapping[str, str], level: float, quantity: Quantity
-) -> list[Markup]:
-    rows = [
-        [
-            _pair(each, quantity),
-            str(each.participants),
-            f"{each.different} of {each.different_n}",
-            f"{each.same} of {each.same_n}",
-            number(each.d_prime),
-            number(each.criterion),
-            cell(each.mean_d_prime, lambda mean: number(mean.mean)),
-            cell(each.mean_d_prime, lambda mean: bracketed(mean.interval)),
-        ]
-        for each in task.pairs
-    ]
-    return [
-        *html.figure_if_drawn(
-            svgs,
-            f"same_different_{task.task}",
-            f"Mean d' across participants with a t-based {level:g} % interval; crosses: d' of all "
-            "answers pooled. At d' = 0 (dotted), participants cannot tell the pair apart; d' is "
-            "negative if “different” was less frequent for the pair than for same surfaces.",
-            "d' of " + ", ".join(_pair(each, quantity) for each in task.pairs),
-        ),
-        html.table(
-            html.columns(*HEADS, left=1),
-            rows,
-            f"Pairs of {quantity.stimuli}. d' and k are in units of the standard deviation of one "
-            "sensation: two sensations more than k apart are called different.",
-        ),
-    ]
 
 
 @styled
@@ -99,18 +48,60 @@ def sensitivities(task: TaskPairs) -> Figure:
     return figure
 
 
-ANALYSIS = of_one_statistic(
-    "same_different",
-    TRIALS,
-    SAME_DIFFERENT,
-    question="Which pairs of {q.stimuli} can be told apart?",
-    what="same–different",
-    title="Same–different",
-    named=lambda task, _q: _named(task),
-    answers=lambda task, _level, q: [_answer(task, q)],
-    blocks=_blocks,
-    figures=lambda task, _trials, _q: {f"same_different_{task.task}": sensitivities(task)},
-    rows=lambda task: flat_rows(
-        {"task": task.task}, [renamed(each, mean_d_prime="") for each in task.pairs]
-    ),
-)
+class _SameDifferent(OneStatistic[TaskPairs]):
+    name = "same_different"
+    trials = TRIALS
+    statistics = (SAME_DIFFERENT,)
+    question = "Which pairs of {q.stimuli} can be told apart?"
+    what = "same–different"
+    title = "Same–different"
+
+    def task_answer(self, task: TaskPairs, _confidence: float, quantity: Quantity) -> str:
+        pairs = [f"{number(each.d_prime)} ({_pair(each, quantity)})" for each in task.pairs]
+        return (
+            f"{self.task_name(task, quantity)}, {counted(task.answers, 'answer', 'answers')} from "
+            f"{counted(task.participants, 'participant', 'participants')}: d' by the "
+            f"differencing model was {joined(pairs)}."
+        )
+
+    def task_blocks(self, task: TaskPairs, svgs: Svgs, level: float, quantity: Quantity) -> Blocks:
+        rows = [
+            [
+                _pair(each, quantity),
+                str(each.participants),
+                f"{each.different} of {each.different_n}",
+                f"{each.same} of {each.same_n}",
+                number(each.d_prime),
+                number(each.criterion),
+                cell(each.mean_d_prime, lambda mean: number(mean.mean)),
+                cell(each.mean_d_prime, lambda mean: bracketed(mean.interval)),
+            ]
+            for each in task.pairs
+        ]
+        return [
+            *html.figure_if_drawn(
+                svgs,
+                f"same_different_{task.task}",
+                f"Mean d' across participants with a t-based {level:g} % interval; crosses: d' of "
+                "all answers pooled. At d' = 0 (dotted), participants cannot tell the pair apart; "
+                "d' is negative if “different” was less frequent for the pair than for same "
+                "surfaces.",
+                "d' of " + ", ".join(_pair(each, quantity) for each in task.pairs),
+            ),
+            html.table(
+                html.columns(*HEADS, left=1),
+                rows,
+                f"Pairs of {quantity.stimuli}. d' and k are in units of the standard deviation of "
+                "one sensation: two sensations more than k apart are called different.",
+            ),
+        ]
+
+    def task_figures(self, task: TaskPairs, _: object, _quantity: Quantity) -> Figures:
+        return {f"same_different_{task.task}": sensitivities(task)}
+
+    def task_rows(self, task: TaskPairs) -> list[JsonObject]:
+        pairs = [renamed(each, mean_d_prime="") for each in task.pairs]
+        return flat_rows({"task": task.task}, pairs)
+
+
+ANALYSIS = _SameDifferent()

@@ -32,7 +32,7 @@ from slipscale.analysis.statistics.mean_over_participants import (
     mean_over_participants,
 )
 from slipscale.analysis.statistics.not_computed import NotComputed
-from slipscale.analysis.statistics.statistic import Inputs, Statistic
+from slipscale.analysis.statistics.statistic import Inputs, Named, Statistic
 from slipscale.experiments.dataset.schema import PARTICIPANT
 
 SURFACES = ("first", "second")
@@ -177,13 +177,18 @@ def _pair(rows: pd.DataFrame, one: str, other: str, confidence: float) -> PairSe
     )
 
 
-SAME_DIFFERENT: Statistic[tuple[TaskPairs, ...]] = Statistic(
-    key="same_different",
-    meaning="same–different: d' and criterion of each pair, by the differencing model",
-    compute=pairs,
-    methods="Same–different sensitivity d' was computed with the differencing model (Macmillan & "
-    "Creelman, 2005), after the log-linear correction [[hautus1995]] in proportion to the numbers "
-    "of trials. d' is negative if “different” was less frequent for different than for same "
-    "surfaces.",
-    headlines={r"(.+)\.pairs\.(.+) - (.+)\.d_prime": "{0}: d' of {1} and {2}"},
-)
+class _SameDifferent(Statistic[tuple[TaskPairs, ...]]):
+    key = "same_different"
+    meaning = "same–different: d' and criterion of each pair, by the differencing model"
+    methods = (
+        "Same–different sensitivity d' was computed with the differencing model (Macmillan & "
+        "Creelman, 2005), after the log-linear correction [[hautus1995]] in proportion to the "
+        "numbers of trials. d' is negative if “different” was less frequent for different than for "
+        "same surfaces."
+    )
+    headlines = (Named("*.pairs.*.d_prime", "{0}: d' of {1[0]} and {1[1]}"),)
+
+    compute = staticmethod(pairs)
+
+
+SAME_DIFFERENT = _SameDifferent()

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from statistics import median
 
 from markupsafe import Markup
@@ -13,7 +13,7 @@ from slipscale.analysis.json_form import JsonObject
 from slipscale.analysis.reading.surface_labels import amplitude_of, with_unit
 from slipscale.analysis.statistics.confidence_interval import ConfidenceInterval
 from slipscale.analysis.statistics.not_computed import NotComputed, all_computed, computed, fold
-from slipscale.analysis.tasks.declared.one_statistic import of_one_statistic
+from slipscale.analysis.tasks.declared.one_statistic import Blocks, Figures, OneStatistic, Svgs
 from slipscale.analysis.tasks.scales.difference_scaling import DifferenceScale
 from slipscale.analysis.tasks.scales.paired_comparison_scale import ComparisonScale
 from slipscale.analysis.tasks.scales.statistics import SCALES, TRIALS, TaskScale
@@ -24,11 +24,6 @@ from slipscale.analysis.writing.numbers import DASH, bracketed, counted, joined,
 from slipscale.analysis.writing.task_names import task_name
 from slipscale.figure_style import BLUE, GREY, PALE, canvas, styled
 from slipscale.stimuli.quantity import Quantity, capitalised
-
-
-def _title(found: TaskScale) -> str:
-    form = "Paired comparison" if found.consistency else "Triads"
-    return task_name(f"{form} of {len(found.surfaces)} surfaces", found.task)
 
 
 def _fit(found: TaskScale) -> str:
@@ -61,48 +56,6 @@ def _fit(found: TaskScale) -> str:
             f"the whole scale, CI {bracketed(found.differences.noise_interval)}."
         )
     return " ".join(texts)
-
-
-def _answer(found: TaskScale, quantity: Quantity) -> str:
-    scale = found.bradley_terry if found.consistency else found.differences
-    what = f"{_title(found)}, {counted(found.answers, 'answer', 'answers')} from " + counted(
-        found.participants, "participant", "participants"
-    )
-    if isinstance(scale, NotComputed):
-        counts = zip(found.surfaces, found.chosen, found.compared, strict=False)
-        shares = ", ".join(
-            f"{with_unit(name, quantity)}: {chosen} of {there}" for name, chosen, there in counts
-        )
-        listing = f"; chosen: {shares}" if shares else ""
-        return f"{what}: no scale was computed ({scale.reason}){listing}."
-    order = sorted(zip(scale.values, found.surfaces, strict=True), key=lambda each: each[0])
-    values = [number(value) for value, _ in order]
-    surfaces = [with_unit(name, quantity) for _, name in order]
-    if len(set(values)) == 1:
-        return f"{what}: all scale values were {values[0]} ({joined(surfaces)})."
-    names = joined([f"{value} ({name})" for value, name in zip(values, surfaces, strict=True)])
-    return f"{what}: from the least to the most {quantity.adjective}, scale values were {names}."
-
-
-def _blocks(
-    task: TaskScale, svgs: Mapping[str, str], level: float, quantity: Quantity
-) -> list[Markup]:
-    values = bool(task.consistency) or computed(task.differences) is not None
-    return [
-        *html.figure_if_drawn(
-            svgs,
-            f"scale_{task.task}",
-            f"Scale values with {level:g} % intervals"
-            + (
-                ", which account for correlated answers from the same participant."
-                if task.consistency
-                else " (bootstrap); the first and last surface are 0 and 1 by definition."
-            ),
-            f"Scale values of {', '.join(with_unit(each, quantity) for each in task.surfaces)}",
-        ),
-        _scale_table(task, quantity) if values else html.paragraph(_answer(task, quantity), "note"),
-        *([_consistency_table(task)] if task.consistency else []),
-    ]
 
 
 def _scale_table(task: TaskScale, quantity: Quantity) -> Markup:
@@ -154,22 +107,6 @@ def _counts(found: Consistency) -> list[str]:
     return [f"{found.circular_triads:g}/{found.triads}", number(found.zeta), p_value(found.p)]
 
 
-def _rows(task: TaskScale) -> list[JsonObject]:
-    rows: list[JsonObject] = []
-    for name, chosen, compared in zip(task.surfaces, task.chosen, task.compared, strict=False):
-        share = {"value": chosen / compared if compared else None}
-        rows.append({"task": task.task, "model": "share chosen", "surface": name, **share})
-    for found in (task.bradley_terry, task.thurstone, task.differences):
-        if not found:
-            continue
-        model = "differences" if isinstance(found, DifferenceScale) else found.model
-        for name, value, interval in zip(task.surfaces, found.values, found.intervals, strict=True):
-            low, high = (None, None) if interval is None else interval
-            row: JsonObject = {"task": task.task, "model": model, "surface": name, "value": value}
-            rows.append(row | {"ci_low": low, "ci_high": high})
-    return rows
-
-
 @styled
 def scale(found: TaskScale, quantity: Quantity) -> Figure:
     """Plot a Bradley-Terry scale for pairs, or a difference scale for triads."""
@@ -207,21 +144,88 @@ def _points(
     axes.set_xlabel(quantity.headed(quantity.title) if amplitudes else "Surface")
 
 
-ANALYSIS = of_one_statistic(
-    "scales",
-    TRIALS,
-    SCALES,
-    question="Where do the {q.stimuli} lie on a single scale of {q.judged}?",
-    what="paired-comparison",
-    title="Paired comparison",
-    named=lambda task, _q: _title(task),
-    answers=lambda task, _level, q: [_answer(task, q)],
-    heading="Scales of {q.judged}",
-    blocks=_blocks,
-    figures=lambda task, _, q: (
-        {f"scale_{task.task}": scale(task, q)}
-        if any(map(computed, (task.bradley_terry, task.differences)))
-        else {}
-    ),
-    rows=_rows,
-)
+class _Scales(OneStatistic[TaskScale]):
+    name = "scales"
+    trials = TRIALS
+    statistics = (SCALES,)
+    question = "Where do the {q.stimuli} lie on a single scale of {q.judged}?"
+    what = "paired-comparison"
+    title = "Paired comparison"
+    heading = "Scales of {q.judged}"
+
+    def task_name(self, found: TaskScale, _quantity: Quantity) -> str:
+        form = "Paired comparison" if found.consistency else "Triads"
+        return task_name(f"{form} of {len(found.surfaces)} surfaces", found.task)
+
+    def task_answer(self, found: TaskScale, _confidence: float, quantity: Quantity) -> str:
+        scale = found.bradley_terry if found.consistency else found.differences
+        what = (
+            f"{self.task_name(found, quantity)}, {counted(found.answers, 'answer', 'answers')} "
+            "from " + counted(found.participants, "participant", "participants")
+        )
+        if isinstance(scale, NotComputed):
+            counts = zip(found.surfaces, found.chosen, found.compared, strict=False)
+            shares = ", ".join(
+                f"{with_unit(name, quantity)}: {chosen} of {there}"
+                for name, chosen, there in counts
+            )
+            listing = f"; chosen: {shares}" if shares else ""
+            return f"{what}: no scale was computed ({scale.reason}){listing}."
+        order = sorted(zip(scale.values, found.surfaces, strict=True), key=lambda each: each[0])
+        values = [number(value) for value, _ in order]
+        surfaces = [with_unit(name, quantity) for _, name in order]
+        if len(set(values)) == 1:
+            return f"{what}: all scale values were {values[0]} ({joined(surfaces)})."
+        names = joined([f"{value} ({name})" for value, name in zip(values, surfaces, strict=True)])
+        return (
+            f"{what}: from the least to the most {quantity.adjective}, scale values were {names}."
+        )
+
+    def task_blocks(self, task: TaskScale, svgs: Svgs, level: float, quantity: Quantity) -> Blocks:
+        values = bool(task.consistency) or computed(task.differences) is not None
+        return [
+            *html.figure_if_drawn(
+                svgs,
+                f"scale_{task.task}",
+                f"Scale values with {level:g} % intervals"
+                + (
+                    ", which account for correlated answers from the same participant."
+                    if task.consistency
+                    else " (bootstrap); the first and last surface are 0 and 1 by definition."
+                ),
+                f"Scale values of {', '.join(with_unit(each, quantity) for each in task.surfaces)}",
+            ),
+            _scale_table(task, quantity)
+            if values
+            else html.paragraph(self.task_answer(task, level / 100, quantity), "note"),
+            *([_consistency_table(task)] if task.consistency else []),
+        ]
+
+    def task_figures(self, task: TaskScale, _: object, quantity: Quantity) -> Figures:
+        drawn = any(map(computed, (task.bradley_terry, task.differences)))
+        return {f"scale_{task.task}": scale(task, quantity)} if drawn else {}
+
+    def task_rows(self, task: TaskScale) -> list[JsonObject]:
+        rows: list[JsonObject] = []
+        for name, chosen, compared in zip(task.surfaces, task.chosen, task.compared, strict=False):
+            share = {"value": chosen / compared if compared else None}
+            rows.append({"task": task.task, "model": "share chosen", "surface": name, **share})
+        for found in (task.bradley_terry, task.thurstone, task.differences):
+            if not found:
+                continue
+            model = "differences" if isinstance(found, DifferenceScale) else found.model
+            for name, value, interval in zip(
+                task.surfaces, found.values, found.intervals, strict=True
+            ):
+                low, high = (None, None) if interval is None else interval
+                row: JsonObject = {
+                    "task": task.task,
+                    "model": model,
+                    "surface": name,
+                    "value": value,
+                }
+                rows.append(row | {"ci_low": low, "ci_high": high})
+        return rows
+
+
+ANALYSIS = _Scales()

@@ -17,7 +17,7 @@ from slipscale.analysis.reading.delimited import Problems
 from slipscale.analysis.reading.surface_labels import amplitude_of, plain
 from slipscale.analysis.reading.task_tables import by_task, task_trials
 from slipscale.analysis.statistics.not_computed import NotComputed
-from slipscale.analysis.statistics.statistic import Statistic
+from slipscale.analysis.statistics.statistic import Inputs, Named, Statistic
 from slipscale.analysis.tasks.scales.difference_scaling import (
     DifferenceScale,
     difference_scale,
@@ -191,19 +191,25 @@ def _differences(
     )
 
 
-SCALES: Statistic[tuple[TaskScale, ...]] = Statistic(
-    key="scales",
-    meaning="scales of paired comparison",
-    compute=lambda inputs: scales(inputs.data.of(TRIALS), inputs.data.choices.confidence),
-    methods="Scale values from pairs come from the Bradley–Terry model [[bradley1952]] and from "
-    "Thurstone's case V [[thurstone1927]], fitted by maximum likelihood with Firth's correction "
-    "[[firth1993]]; intervals account for correlated answers from the same participant. Each "
-    "participant's consistency is measured by circular triads [[kendall1940]]. Scale values from "
-    "triads come from maximum likelihood difference scaling [[maloney2003]], with intervals from a "
-    "parametric bootstrap.",
-    headlines={
-        r"(.+)\.differences\.values\.(.+)": "{0}: scale value of {1}",
-        r"(.+)\.bradley_terry\.values\.(.+)": "{0}: Bradley-Terry value of {1}",
-        r"(.+)\.thurstone\.values\.(.+)": "{0}: Thurstone value of {1}",
-    },
-)
+class _Scales(Statistic[tuple[TaskScale, ...]]):
+    key = "scales"
+    meaning = "scales of paired comparison"
+    methods = (
+        "Scale values from pairs come from the Bradley–Terry model [[bradley1952]] and from "
+        "Thurstone's case V [[thurstone1927]], fitted by maximum likelihood with Firth's "
+        "correction [[firth1993]]; intervals account for correlated answers from the same "
+        "participant. Each participant's consistency is measured by circular triads "
+        "[[kendall1940]]. Scale values from triads come from maximum likelihood difference scaling "
+        "[[maloney2003]], with intervals from a parametric bootstrap."
+    )
+    headlines = (
+        Named("*.differences.values.*", "{0}: scale value of {1}"),
+        Named("*.bradley_terry.values.*", "{0}: Bradley-Terry value of {1}"),
+        Named("*.thurstone.values.*", "{0}: Thurstone value of {1}"),
+    )
+
+    def compute(self, inputs: Inputs) -> tuple[TaskScale, ...] | NotComputed:
+        return scales(inputs.data.of(TRIALS), inputs.data.choices.confidence)
+
+
+SCALES = _Scales()

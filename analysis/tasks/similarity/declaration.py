@@ -9,7 +9,7 @@ import numpy as np
 
 from slipscale.analysis.reading.surface_labels import with_unit
 from slipscale.analysis.statistics.not_computed import NotComputed, all_computed
-from slipscale.analysis.tasks.declared.one_statistic import of_one_statistic
+from slipscale.analysis.tasks.declared.one_statistic import Figures, OneStatistic
 from slipscale.analysis.tasks.similarity.reading import TRIALS
 from slipscale.analysis.tasks.similarity.statistics import SIMILARITY, TaskMap
 from slipscale.analysis.writing import html
@@ -24,56 +24,7 @@ if TYPE_CHECKING:
     from slipscale.analysis.json_form import JsonObject
     from slipscale.stimuli.quantity import Quantity
 
-
-TITLE = "Dissimilarities"
-
-
-def named(found: TaskMap | NotComputed, title: str = TITLE) -> str:
-    """Return the name of a task."""
-    return title if isinstance(found, NotComputed) else task_name(title, found.task)
-
-
-def answer(found: TaskMap | NotComputed, title: str = TITLE) -> str:
-    """Return a sentence that gives the stress of the map for each number of dimensions."""
-    if isinstance(found, NotComputed):
-        return f"{title}: no map was computed ({found.reason})."
-    stress = joined(
-        [f"{unit_number(value, 3)} ({place}D)" for place, value in found.stress.items()]
-    )
-    people = counted(found.participants, "participant", "participants")
-    return (
-        f"{named(found, title)}, {len(found.items)} items, {people}: the stress-1 of non-metric "
-        f"multidimensional scaling is {stress}."
-    )
-
-
-def blocks(
-    task: TaskMap | NotComputed, svgs: Mapping[str, str], quantity: Quantity, kind: str
-) -> list[Markup]:
-    """Return the figure and the tables for one task; ``kind`` is the prefix of its figure."""
-    if isinstance(task, NotComputed):
-        return [html.paragraph(f"No map was computed: {task.reason}.", "note")]
-    axes = [f"Axis {place + 1}" for place in range(len(next(iter(task.coordinates.values()))))]
-    return [
-        *html.figure_if_drawn(
-            svgs,
-            f"{kind}_{task.task}",
-            "Left: the group's map on its principal axes; its unit is arbitrary. Right: stress-1 "
-            "against the number of dimensions (0 if distances and dissimilarities are in the same "
-            "order). An added dimension never raises stress; a dimension that barely lowers stress "
-            "is not needed.",
-            "Map of " + ", ".join(with_unit(item, quantity) for item in task.items),
-        ),
-        html.table(
-            html.columns("Item", *axes, left=1),
-            [
-                [with_unit(item, quantity), *map(number, place)]
-                for item, place in task.coordinates.items()
-            ],
-            "Coordinates on the map's principal axes.",
-        ),
-        *([_weights(task, axes)] if task.people else []),
-    ]
+Task = TaskMap | NotComputed
 
 
 def _weights(task: TaskMap, axes: list[str]) -> Markup:
@@ -88,17 +39,6 @@ def _weights(task: TaskMap, axes: list[str]) -> Markup:
         "that the weighted distances explain. Unlike in INDSCAL, the axes are not estimated "
         "together with the weights.",
     )
-
-
-def rows(task: TaskMap | NotComputed) -> list[JsonObject]:
-    """Return one row of coordinates per item."""
-    if isinstance(task, NotComputed):
-        return []
-    return [
-        {"task": task.task, "item": item}
-        | {f"axis_{number}": value for number, value in enumerate(place, start=1)}
-        for item, place in task.coordinates.items()
-    ]
 
 
 @styled
@@ -124,18 +64,80 @@ def similarity(found: TaskMap) -> Figure:
     return figure
 
 
-ANALYSIS = of_one_statistic(
-    "similarity",
-    TRIALS,
-    SIMILARITY,
-    question="How different do pairs of {q.stimuli} feel, and along how many dimensions?",
-    what="dissimilarity",
-    title=TITLE,
-    named=lambda task, _q: named(task),
-    answers=lambda task, _level, _q: [answer(task)],
-    blocks=lambda task, svgs, _level, q: blocks(task, svgs, q, "similarity"),
-    figures=lambda task, _trials, _q: {
-        f"similarity_{each.task}": similarity(each) for each in all_computed([task])
-    },
-    rows=rows,
-)
+class MapAnalysis(OneStatistic[Task]):
+    """A kind of task whose result is a map of the items; its figure is called like the kind."""
+
+    def task_name(self, task: Task, _quantity: Quantity) -> str:
+        """Return the name of a task."""
+        return self.title if isinstance(task, NotComputed) else task_name(self.title, task.task)
+
+    def task_answer(self, task: Task, _confidence: float, quantity: Quantity) -> str:
+        """Return a sentence that gives the stress of the map for each number of dimensions."""
+        if isinstance(task, NotComputed):
+            return f"{self.title}: no map was computed ({task.reason})."
+        stress = joined(
+            [f"{unit_number(value, 3)} ({place}D)" for place, value in task.stress.items()]
+        )
+        people = counted(task.participants, "participant", "participants")
+        return (
+            f"{self.task_name(task, quantity)}, {len(task.items)} items, {people}: the stress-1 of "
+            f"non-metric multidimensional scaling is {stress}."
+        )
+
+    def task_blocks(
+        self,
+        task: Task,
+        svgs: Mapping[str, str],
+        _percent: float,
+        quantity: Quantity,
+    ) -> list[Markup]:
+        """Return the figure and the tables for one task."""
+        if isinstance(task, NotComputed):
+            return [html.paragraph(f"No map was computed: {task.reason}.", "note")]
+        axes = [f"Axis {place + 1}" for place in range(len(next(iter(task.coordinates.values()))))]
+        return [
+            *html.figure_if_drawn(
+                svgs,
+                f"{self.name}_{task.task}",
+                "Left: the group's map on its principal axes; its unit is arbitrary. Right: "
+                "stress-1 against the number of dimensions (0 if distances and dissimilarities are "
+                "in the same order). An added dimension never raises stress; a dimension that "
+                "barely lowers stress is not needed.",
+                "Map of " + ", ".join(with_unit(item, quantity) for item in task.items),
+            ),
+            html.table(
+                html.columns("Item", *axes, left=1),
+                [
+                    [with_unit(item, quantity), *map(number, place)]
+                    for item, place in task.coordinates.items()
+                ],
+                "Coordinates on the map's principal axes.",
+            ),
+            *([_weights(task, axes)] if task.people else []),
+        ]
+
+    def task_figures(self, task: Task, _: object, _quantity: Quantity) -> Figures:
+        """Return the map, if there is one."""
+        return {f"{self.name}_{each.task}": similarity(each) for each in all_computed([task])}
+
+    def task_rows(self, task: Task) -> list[JsonObject]:
+        """Return one row of coordinates per item."""
+        if isinstance(task, NotComputed):
+            return []
+        return [
+            {"task": task.task, "item": item}
+            | {f"axis_{number}": value for number, value in enumerate(place, start=1)}
+            for item, place in task.coordinates.items()
+        ]
+
+
+class _Similarity(MapAnalysis):
+    name = "similarity"
+    trials = TRIALS
+    statistics = (SIMILARITY,)
+    question = "How different do pairs of {q.stimuli} feel, and along how many dimensions?"
+    what = "dissimilarity"
+    title = "Dissimilarities"
+
+
+ANALYSIS = _Similarity()

@@ -276,11 +276,16 @@ def _person(who: str, table: Array, coordinates: Array) -> Person:
     )
 
 
-SIMILARITY: Statistic[tuple[TaskMap | NotComputed, ...]] = Statistic(
-    key="similarity",
-    meaning="dissimilarity ratings: non-metric multidimensional scaling and participants' weights",
-    compute=maps,
-    methods="Dissimilarities, divided by each participant's root mean square and averaged, were "
-    "scaled by non-metric multidimensional scaling [[kruskal1964]]. Participants' weights apply to "
-    "squared distances along the map's principal axes [[carroll1970]].",
-)
+class _Similarity(Statistic[tuple[TaskMap | NotComputed, ...]]):
+    key = "similarity"
+    meaning = "dissimilarity ratings: non-metric multidimensional scaling and participants' weights"
+    methods = (
+        "Dissimilarities, divided by each participant's root mean square and averaged, were scaled "
+        "by non-metric multidimensional scaling [[kruskal1964]]. Participants' weights apply to "
+        "squared distances along the map's principal axes [[carroll1970]]."
+    )
+
+    compute = staticmethod(maps)
+
+
+SIMILARITY = _Similarity()

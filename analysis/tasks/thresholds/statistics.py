@@ -22,7 +22,7 @@ from slipscale.analysis.statistics.psychometrics.thresholds import (
     fit_threshold,
     fit_threshold_by_posterior,
 )
-from slipscale.analysis.statistics.statistic import Family, Inputs, Statistic
+from slipscale.analysis.statistics.statistic import Family, Inputs, Named, Statistic
 from slipscale.analysis.tasks.effects.groups.statistics import membership
 from slipscale.analysis.tasks.thresholds.friction_axis import FrictionThreshold, friction_threshold
 from slipscale.analysis.tasks.thresholds.population_threshold import (
@@ -244,16 +244,6 @@ def _correct(rows: pd.DataFrame, method: str) -> int:
     return int((rows["correct"] & (more > 0)).sum() + (~rows["correct"] & (more < 0)).sum())
 
 
-def _compute(inputs: Inputs) -> tuple[TaskThresholds, ...] | NotComputed:
-    groups = computed(membership(inputs.data))
-    return thresholds(
-        inputs.data.of(TRIALS),
-        inputs.data.choices,
-        study_text=inputs.data.study_text,
-        group_of={} if groups is None else {str(who): group for who, group in groups.items()},
-    )
-
-
 def _contrast_ps(found: tuple[TaskThresholds, ...]) -> list[float]:
     return [
         each.p
@@ -264,30 +254,44 @@ def _contrast_ps(found: tuple[TaskThresholds, ...]) -> list[float]:
     ]
 
 
-THRESHOLDS: Statistic[tuple[TaskThresholds, ...]] = Statistic(
-    key="thresholds",
-    meaning="thresholds of forced choice",
-    compute=_compute,
-    families=(
+class _Thresholds(Statistic[tuple[TaskThresholds, ...]]):
+    key = "thresholds"
+    meaning = "thresholds of forced choice"
+    families = (
         Family(
             name="thresholds by group, session and condition", corrected=True, read=_contrast_ps
         ),
-    ),
-    methods="Thresholds come from psychometric functions with a lapse rate [[wichmann2001]]. The "
-    "population threshold comes from a hierarchical model of all participants' answers: individual "
-    "thresholds, assumed to be normally distributed on the curve's axis, are integrated out, as "
-    "are the logarithms of individual slopes if there is one session and condition. The lapse rate "
-    "is shared across participants and also informed by catch trials. Thresholds for a factor are "
-    "averaged over the other factors. Intervals are profile-likelihood intervals with a t "
-    "quantile. Individual thresholds are posterior medians, with the lapse rate integrated out.",
-    conclusions={
-        r"([^ ]+)(?: - .+)?\.population\.factors\.(.+)\.contrasts\.(.+) - (.+)\.p_holm": "{0}: "
-        "thresholds differ between {2} and {3} ({1}, Holm)",
-    },
-    headlines={
-        r"([^ ]+)(?: - .+)?\.population\.threshold_level\.value": "{0}: threshold, "
-        "{q.unit_in_short}",
-        r"([^ ]+)(?: - .+)?\.population\.sd": "{0}: SD across participants, log10 units",
-        r"([^ ]+)(?: - .+)?\.weber_fraction\.value": "{0}: Weber fraction",
-    },
-)
+    )
+    methods = (
+        "Thresholds come from psychometric functions with a lapse rate [[wichmann2001]]. The "
+        "population threshold comes from a hierarchical model of all participants' answers: "
+        "individual thresholds, assumed to be normally distributed on the curve's axis, are "
+        "integrated out, as are the logarithms of individual slopes if there is one session and "
+        "condition. The lapse rate is shared across participants and also informed by catch "
+        "trials. Thresholds for a factor are averaged over the other factors. Intervals are "
+        "profile-likelihood intervals with a t quantile. Individual thresholds are posterior "
+        "medians, with the lapse rate integrated out."
+    )
+    conclusions = (
+        Named(
+            "*.population.factors.*.contrasts.*.p_holm",
+            "{0[0]}: thresholds differ between {2[0]} and {2[1]} ({1}, Holm)",
+        ),
+    )
+    headlines = (
+        Named("*.population.threshold_level.value", "{0[0]}: threshold, {q.unit_in_short}"),
+        Named("*.population.sd", "{0[0]}: SD across participants, log10 units"),
+        Named("*.weber_fraction.value", "{0[0]}: Weber fraction"),
+    )
+
+    def compute(self, inputs: Inputs) -> tuple[TaskThresholds, ...] | NotComputed:
+        groups = computed(membership(inputs.data))
+        return thresholds(
+            inputs.data.of(TRIALS),
+            inputs.data.choices,
+            study_text=inputs.data.study_text,
+            group_of={} if groups is None else {str(who): group for who, group in groups.items()},
+        )
+
+
+THRESHOLDS = _Thresholds()

@@ -304,7 +304,7 @@ def frozen_plans() -> list[Path]:
     return sorted(PLANNING.glob("plan-[0-9]*.zip"), reverse=True)
 
 
-def table3(dataset: Path) -> list[list[str]]:
+def rows_of_table3(dataset: Path) -> list[list[str]]:
     """Return the rows of Table III in the last analysis, header first; empty if there are none."""
     try:
         lines = (dataset / RESULTS / TABLE3).read_text(encoding="utf-8").splitlines()

@@ -4,7 +4,21 @@ from __future__ import annotations
 
 from typing import Any
 
-from slipscale.experiments.protocol_parts.base import Column, TrialRecord
+from slipscale.experiments.protocol_parts.base import Column, Given, TrialRecord
+
+
+def _field(record: TrialRecord, name: str, field: str) -> Any:
+    return record.answers.get(name, {}).get(field)
+
+
+def _trace(record: TrialRecord, name: str) -> str | None:
+    found = _field(record, name, "trace")
+    return " ".join(f"{at_s:.3f}:{level:g}" for at_s, level in found) if found else None
+
+
+def _turns(record: TrialRecord, name: str) -> float | None:
+    found = _field(record, name, "trace")
+    return float(len(found) - 1) if found else None
 
 
 def adjusted_columns(name: str, description: str) -> dict[str, Column]:
@@ -17,34 +31,23 @@ def adjusted_columns(name: str, description: str) -> dict[str, Column]:
     description : str
         Description of the final amplitude.
     """
-
-    def of(field: str, record: TrialRecord) -> Any:
-        return record.answers.get(name, {}).get(field)
-
-    def trace(record: TrialRecord) -> str | None:
-        found = of("trace", record)
-        return " ".join(f"{at_s:.3f}:{level:g}" for at_s, level in found) if found else None
-
-    def turns(record: TrialRecord) -> float | None:
-        found = of("trace", record)
-        return float(len(found) - 1) if found else None
-
     return {
         name: Column(
-            value=lambda record: record.answer(name),
+            value=Given(_field, (name, "value")),
             description=f"{description}, commanded{{q.behind}}",
             units="{q.bids}",
         ),
         f"{name.removesuffix('_level')}_readback_level": Column(
-            value=lambda record: of("readback_level", record),
+            value=Given(_field, (name, "readback_level")),
             description=f"{description}, as read back from the plate{{q.behind}}",
             units="{q.bids}",
         ),
         "turns": Column(
-            value=turns, description="Number of changes of the {q.name} during the adjustment"
+            value=Given(_turns, (name,)),
+            description="Number of changes of the {q.name} during the adjustment",
         ),
         "trace": Column(
-            value=trace,
+            value=Given(_trace, (name,)),
             kind="text",
             description="{q.in_full_title} at the start and after each change, each written as "
             "seconds from the beginning, a colon and {q.unit_in_full}",

@@ -5,10 +5,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator, Mapping, Sequence
+from collections.abc import Generator, Mapping, Sequence
 from typing import NamedTuple
 
-from slipscale.experiments.protocol_parts.base import Column, Context, Count, Switch, TrialRecord
+from slipscale.experiments.protocol_parts.base import (
+    Column,
+    Context,
+    Count,
+    Given,
+    Switch,
+    TrialRecord,
+)
 from slipscale.experiments.protocol_parts.building_blocks.pacing import RestedOptions
 from slipscale.experiments.protocol_parts.building_blocks.repeating import (
     Condition,
@@ -105,6 +112,11 @@ def name_of(surface: Stimulus) -> str:
     return surface.name or f"{surface.level:g}"
 
 
+def surface_name(record: TrialRecord) -> str | None:
+    """Return the name of the presented surface, if one was presented."""
+    return name_of(record.surface) if record.surface else None
+
+
 def sought(quantity: Quantity, sign: int = 1) -> Sought:
     """Return whether a question asks for the "most" or the "least" of the judged attribute.
 
@@ -117,35 +129,31 @@ def sought(quantity: Quantity, sign: int = 1) -> Sought:
 
 def surface_names(*names: str) -> dict[str, Column]:
     """Return one column per interval, with the name of the surface presented in it."""
-
-    def column(interval: int) -> Column:
-        def name(record: TrialRecord) -> str | None:
-            shown = record.intervals.get(interval)
-            return name_of(shown.surface) if shown else None
-
-        return Column(
-            value=name,
+    return {
+        name: Column(
+            value=Given(_name_in, (interval,)),
             kind="label",
             description=f"Surface in interval {interval}, given as its {{q.name}} in "
             f"{{q.unit_in_full}} or as the texture's name",
         )
+        for interval, name in enumerate(names, start=1)
+    }
 
-    return {name: column(interval) for interval, name in enumerate(names, start=1)}
+
+def _name_in(record: TrialRecord, interval: int) -> str | None:
+    shown = record.intervals.get(interval)
+    return name_of(shown.surface) if shown else None
 
 
-def enough_surfaces(protocol: str, fewest: int) -> Callable[[object, Context], None]:
-    """Return a check that raises `UserError` if a study has too few surfaces."""
-
-    def check(_options: object, context: Context) -> None:
-        if (available := len(context.surfaces)) < fewest:
-            raise UserError(
-                "{protocol} needs {fewest} surfaces, but the study has {available}",
-                protocol=protocol,
-                fewest=fewest,
-                available=available,
-            )
-
-    return check
+def enough_surfaces(_options: object, context: Context, protocol: str, fewest: int) -> None:
+    """Raise `UserError` if a study has too few surfaces."""
+    if (available := len(context.surfaces)) < fewest:
+        raise UserError(
+            "{protocol} needs {fewest} surfaces, but the study has {available}",
+            protocol=protocol,
+            fewest=fewest,
+            available=available,
+        )
 
 
 class IntervalTask(Repeating[Condition]):

@@ -22,10 +22,7 @@ from slipscale.experiments.protocol_parts.base import (
     truth,
 )
 from slipscale.experiments.protocol_parts.building_blocks.adaptive_options import AdaptiveOptions
-from slipscale.experiments.protocol_parts.building_blocks.comparing import (
-    IntervalTask,
-    sought,
-)
+from slipscale.experiments.protocol_parts.building_blocks.comparing import IntervalTask, sought
 from slipscale.experiments.protocol_parts.building_blocks.repeating import Repetition, part_over
 from slipscale.experiments.protocol_parts.simulated_answers import SimulatedAnswer, compared
 from slipscale.experiments.steps.questions import ComparisonQuestion, Sought
@@ -62,6 +59,11 @@ class ForcedChoiceOptions(AdaptiveOptions):
     def guess(self) -> float:
         """Expected proportion of correct answers from guessing."""
         return 1 / self.intervals
+
+
+def intervals_of(options: ForcedChoiceOptions) -> int:
+    """Return the number of intervals in a trial."""
+    return options.intervals
 
 
 class Choice(NamedTuple):

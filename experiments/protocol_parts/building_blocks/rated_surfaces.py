@@ -10,7 +10,14 @@ from collections.abc import Generator, Mapping, Sequence
 from types import MappingProxyType
 from typing import NamedTuple
 
-from slipscale.experiments.protocol_parts.base import AtLeastOne, Column, Context, Count, Switch
+from slipscale.experiments.protocol_parts.base import (
+    AtLeastOne,
+    Column,
+    Context,
+    Count,
+    Switch,
+    TrialRecord,
+)
 from slipscale.experiments.protocol_parts.building_blocks.pacing import PacedOptions
 from slipscale.experiments.protocol_parts.building_blocks.repeating import Repeating, part_over
 from slipscale.experiments.protocol_parts.ordering.orders import (
@@ -271,9 +278,15 @@ class RatedSurfaces(Repeating[Presentation]):
 BLOCK = {
     "block": Column(description="Number of the block, from 1; practice blocks are counted"),
 }
+
+
+def _texture(record: TrialRecord) -> str | None:
+    return (record.surface and record.surface.name) or None
+
+
 TEXTURE = {
     "texture": Column(
-        value=lambda r: (r.surface and r.surface.name) or None,
+        value=_texture,
         kind="label",
         description=(
             "Name of the texture in the study file; n/a for a surface with a single {q.name}"

@@ -292,9 +292,10 @@ def with_own(root, found):
     """Return the deviations of an analysis with one more of the package "lab"."""
     analysis = analyse(root / "data")
     kind = own_analysis("drift", title="Drift", run=lambda _: found)
+    kind.package, kind.version = "lab", "2"
     own = replace(
         analysis,
-        kinds=(*analysis.kinds, replace(kind, package="lab", version="2")),
+        kinds=(*analysis.kinds, kind),
         inference=analysis.inference.with_result(kind.statistics[0], found),
     )
     plan = check.check_plan(read_bundle(root / "plan"), own)

@@ -1,11 +1,13 @@
 """The report's words: true of few data as of many."""
 
 import re
+from types import SimpleNamespace
 
 import pytest
 
 from slipscale.analysis.pipeline import analyse
 from slipscale.analysis.reporting.files import write_analysis
+from slipscale.analysis.reporting.page import results
 from slipscale.analysis.tasks.estimation.statistics import FRIEDMAN, PAIRWISE, POWER_LAW
 
 
@@ -45,6 +47,19 @@ def test_no_interval_is_claimed_of_one_participant(table_by_hand, page):
     text = page(analyse(few(table_by_hand, "a", (0, 1, 2))))
     assert "Cousineau" not in text
     assert "so no spread or intervals are shown" in text
+
+
+def test_a_sentence_is_repeated_only_if_another_part_of_the_report_merely_contains_it():
+    kind = SimpleNamespace(
+        sentences=lambda _: {"Slopes": ["One slope rose.", "It was 2.", "Both fell.", "New."]}
+    )
+    stated = {"One slope rose.", "Slopes: It was 2.", "Both fell. All others did not."}
+    written = results(SimpleNamespace(kinds=(kind,)), stated)
+    assert [str(each) for each in written.blocks] == [
+        "<h3>Slopes</h3>",
+        '<p class="sentence">Both fell.</p>',
+        '<p class="sentence">New.</p>',
+    ]
 
 
 def test_what_participants_said_of_themselves_is_counted_without_the_excluded(dataset, page):

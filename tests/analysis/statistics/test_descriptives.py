@@ -13,12 +13,12 @@ from slipscale.analysis.published.biet2007 import (
     TABLE3,
     agrees,
 )
-from slipscale.analysis.statistics.descriptives import cousineau_morey, table3
+from slipscale.analysis.statistics.descriptives import cousineau_morey, means_and_spreads
 
 
 def test_the_shipped_data_set_gives_every_cell_of_table_iii():
     data = load(ALLOWED_DATASET)
-    table = table3(cell_means(data.estimates)).set_index("level")
+    table = means_and_spreads(cell_means(data.estimates)).set_index("level")
     assert set(table["n"]) == {PARTICIPANTS}
     for row in TABLE3:
         for statistic in STATISTICS:
@@ -53,14 +53,14 @@ def test_agreement_is_rounding_to_the_printed_number(printed, ours, verdict):
 
 def test_both_conventions_of_the_standard_deviation():
     cells = pd.DataFrame({0.0: [1.0, 2.0, 6.0], 1.0: [0.0, 0.0, 3.0]})
-    sample, population = table3(cells), table3(cells, "population")
+    sample, population = means_and_spreads(cells), means_and_spreads(cells, "population")
     assert list(sample["standard_deviation"]) == pytest.approx([np.sqrt(7), np.sqrt(3)])
     assert list(population["standard_deviation"]) == pytest.approx([np.sqrt(14 / 3), np.sqrt(2)])
     assert list(sample["maximum_deviation"]) == [3.0, 2.0]
 
 
 def test_one_participant_has_means_and_no_spread():
-    table = table3(pd.DataFrame({0.0: [5.0], 1.0: [7.0]}))
+    table = means_and_spreads(pd.DataFrame({0.0: [5.0], 1.0: [7.0]}))
     assert list(table["mean"]) == [5, 7]
     assert table["standard_deviation"].isna().all()
 

@@ -50,42 +50,54 @@ TRIALS = TaskTrials(
 )
 
 
-def weigh(inputs):
-    rows = inputs.data.of(TRIALS)
-    return {"p": 0.01, "n": len(rows)} if len(rows) else NotComputed("nothing was weighed")
+class Weights(Statistic[object]):
+    key = "weights"
+    meaning = "whether weights differ"
+    test = False
+    families = (Family(name="weights, a test", read=lambda found: [found["p"]]),)
+
+    def compute(self, inputs):
+        rows = inputs.data.of(TRIALS)
+        return {"p": 0.01, "n": len(rows)} if len(rows) else NotComputed("nothing was weighed")
 
 
-WEIGHTS = Statistic(
-    key="weights",
-    meaning="whether weights differ",
-    compute=weigh,
-    test=False,
-    families=(Family(name="weights, a test", read=lambda found: [found["p"]]),),
-)
+class Weighing(TaskAnalysis):
+    name = "weights"
+    trials = TRIALS
+    statistics = (Weights(),)
+
+    def questions(self, _analysis):
+        return ["Question of weights?"]
+
+    def design(self, _analysis):
+        return ["design of weights"]
+
+    def answers(self, _analysis):
+        return ["Answer of weights."]
+
+    def doubts(self, _analysis):
+        return ["Doubt of weights."]
+
+    def sentences(self, _analysis):
+        return {"Heading of weights": ["Sentence of weights."]}
+
+    def sections(self, _analysis, svgs):
+        found = html.ReportSection("Section of weights", shown="open")
+        found.blocks.append(html.figure(svgs["weights"], "Figure of weights", "Weights"))
+        return [found]
+
+    def figures(self, _analysis):
+        return {"weights": Figure()}
+
+    def tables(self, analysis):
+        return {"weights": analysis.dataset.of(TRIALS)[["task", "weight"]]}
+
+    def session_tables(self, _data, _prepared):
+        table = pd.DataFrame({"1": [1.0, 2, 4], "2": [2.0, 3, 3]})
+        return [("measure of weights", "kg", table)]
 
 
-def section(_analysis, svgs):
-    found = html.ReportSection("Section of weights", shown="open")
-    found.blocks.append(html.figure(svgs["weights"], "Figure of weights", "Weights"))
-    return found
-
-
-KIND = TaskAnalysis(
-    name="weights",
-    trials=TRIALS,
-    statistics=(WEIGHTS,),
-    questions=lambda _: ["Question of weights?"],
-    design=lambda _: ["design of weights"],
-    answers=lambda _: ["Answer of weights."],
-    doubts=lambda _: ["Doubt of weights."],
-    sentences=lambda _: {"Heading of weights": ["Sentence of weights."]},
-    sections=(section,),
-    figures=lambda _: {"weights": Figure()},
-    tables=lambda analysis: {"weights": analysis.dataset.of(TRIALS)[["task", "weight"]]},
-    session_tables=lambda _data, _prepared: [
-        ("measure of weights", "kg", pd.DataFrame({"1": [1.0, 2, 4], "2": [2.0, 3, 3]}))
-    ],
-)
+KIND = Weighing()
 
 
 @pytest.fixture

@@ -1,5 +1,6 @@
 """The table of kinds of task: nothing that a kind declares is forgotten."""
 
+import pickle
 import re
 from importlib import import_module
 from pathlib import Path
@@ -13,6 +14,7 @@ from slipscale.analysis.reporting import files, page
 from slipscale.analysis.statistics.statistic import Statistic
 from slipscale.analysis.tasks.kind import TaskAnalysis
 from slipscale.analysis.tasks.table import KINDS, STATISTICS
+from slipscale.experiments.protocol_parts.registry import load_protocol, protocol_names
 from slipscale.experiments.study.analysis_choices import Test
 from slipscale.experiments.study.file import shipped_studies
 
@@ -42,6 +44,17 @@ def test_every_statistic_and_kind_of_a_module_is_in_the_table():
         for name, each in vars(import_module(module.name)).items():
             if isinstance(each, Statistic | TaskAnalysis):
                 assert id(each) in listed, f"{module.name}.{name}"
+
+
+PROTOCOLS = tuple(map(load_protocol, protocol_names()))
+
+
+@pytest.mark.parametrize("declaration", [*PROTOCOLS, *KINDS, *STATISTICS])
+def test_a_declaration_is_pickled_and_equals_its_copy(declaration):
+    copy = pickle.loads(pickle.dumps(declaration))  # noqa: S301 - written here
+    assert copy == declaration
+    others = [each for each in (*PROTOCOLS, *KINDS, *STATISTICS) if each == declaration]
+    assert others == [declaration]
 
 
 def test_a_study_can_choose_every_test_and_no_other():

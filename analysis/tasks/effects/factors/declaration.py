@@ -78,23 +78,6 @@ def _parts(change: ConditionChange, confidence: float) -> Iterator[str]:
             )
 
 
-def _section(analysis: Analysis, _svgs: Mapping[str, str]) -> ReportSection:
-    """Return the section on factors, which is empty if the study has no factors."""
-    section = ReportSection("Factors")
-    quantity, level = analysis.dataset.quantity, level_of(analysis.dataset.choices.confidence)
-    for found in analysis.inference[FACTORS] or ():
-        name = factor_name(found.factor)
-        section.blocks += [html.heading(capitalised(name)), _means(found, quantity)]
-        if isinstance(found.anova, NotComputed):
-            reason = f"The analysis of variance was not computed: {found.anova.reason}."
-            section.blocks.append(html.paragraph(reason, "note"))
-        else:
-            anova = found.anova
-            section.blocks.append(anova_table(name, anova.effects, anova.n, quantity))
-        section.blocks.append(_changes(found, level))
-    return section
-
-
 def _means(found: FactorEffects, quantity: Quantity) -> Markup:
     levels = list(found.conditions[0].geometric_means)
     return html.table(
@@ -150,10 +133,31 @@ def _written(value: float, ends: ConfidenceInterval, read: Callable[[float], flo
     return f"{grouped(read(value))} {interval(read(ends.low), read(ends.high))}"
 
 
-ANALYSIS = TaskAnalysis(
-    name="factors",
-    statistics=(FACTORS,),
-    answers=sentences,
-    sentences=lambda analysis: {"Factors": sentences(analysis)},
-    sections=(_section,),
-)
+class _Factors(TaskAnalysis):
+    name = "factors"
+    statistics = (FACTORS,)
+
+    def answers(self, analysis: Analysis) -> list[str]:
+        return sentences(analysis)
+
+    def sentences(self, analysis: Analysis) -> Mapping[str, list[str]]:
+        return {"Factors": sentences(analysis)}
+
+    def sections(self, analysis: Analysis, _svgs: Mapping[str, str]) -> list[ReportSection]:
+        """Return the section on factors, which is empty if the study has no factors."""
+        section = ReportSection("Factors")
+        quantity, level = analysis.dataset.quantity, level_of(analysis.dataset.choices.confidence)
+        for found in analysis.inference[FACTORS] or ():
+            name = factor_name(found.factor)
+            section.blocks += [html.heading(capitalised(name)), _means(found, quantity)]
+            if isinstance(found.anova, NotComputed):
+                reason = f"The analysis of variance was not computed: {found.anova.reason}."
+                section.blocks.append(html.paragraph(reason, "note"))
+            else:
+                anova = found.anova
+                section.blocks.append(anova_table(name, anova.effects, anova.n, quantity))
+            section.blocks.append(_changes(found, level))
+        return [section]
+
+
+ANALYSIS = _Factors()

@@ -31,7 +31,7 @@ from slipscale.analysis.statistics.mixed_model import AT_MOST, likeliest, singul
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.statistics.power_law import exponents
 from slipscale.analysis.statistics.repeated_measures.two_way import Effect, two_way
-from slipscale.analysis.statistics.statistic import Family, Inputs, Statistic
+from slipscale.analysis.statistics.statistic import Family, Inputs, Named, Statistic
 from slipscale.experiments.dataset.schema import PARTICIPANT
 
 #: Term of the mixed model for each difference between conditions.
@@ -287,24 +287,31 @@ def _change_ps(found: tuple[FactorEffects, ...]) -> list[float]:
     return [part.p for part in parts if isinstance(part, MeanOverParticipants)]
 
 
-FACTORS: Statistic[tuple[FactorEffects, ...]] = Statistic(
-    key="factors",
-    meaning="factors crossed with the levels: analysis of variance, changes between conditions, "
-    "and mixed model",
-    compute=factor_effects,
-    title="Factors",
-    families=(
+class _Factors(Statistic[tuple[FactorEffects, ...]]):
+    key = "factors"
+    meaning = (
+        "factors crossed with the levels: analysis of variance, changes between conditions, "
+        "and mixed model"
+    )
+    title = "Factors"
+    families = (
         Family(name="factors, analysis of variance", read=_anova_ps),
         Family(name="changes between conditions", corrected=True, read=_change_ps),
-    ),
-    methods="Each factor was tested together with {q.name} in a within-participant analysis of "
-    "variance of mean log estimates with the Greenhouse–Geisser correction [[greenhouse1959]]. "
-    "Each other condition was compared with the first condition by t tests of participants' "
-    "differences in mean log estimate and in exponent, with Holm's correction [[holm1979]]. A "
-    "mixed model of all trials, in which the intercept, exponent and condition effects vary "
-    "between participants, was fitted by restricted maximum likelihood [[laird1982]].",
-    conclusions={
-        r"(.+)\.anova\.factor\.p": "{0} conditions differ (analysis of variance)",
-        r"(.+)\.anova\.interaction\.p": "growth differs between {0} conditions",
-    },
-)
+    )
+    methods = (
+        "Each factor was tested together with {q.name} in a within-participant analysis of "
+        "variance of mean log estimates with the Greenhouse–Geisser correction [[greenhouse1959]]. "
+        "Each other condition was compared with the first condition by t tests of participants' "
+        "differences in mean log estimate and in exponent, with Holm's correction [[holm1979]]. A "
+        "mixed model of all trials, in which the intercept, exponent and condition effects vary "
+        "between participants, was fitted by restricted maximum likelihood [[laird1982]]."
+    )
+    conclusions = (
+        Named("*.anova.factor.p", "{0} conditions differ (analysis of variance)"),
+        Named("*.anova.interaction.p", "growth differs between {0} conditions"),
+    )
+
+    compute = staticmethod(factor_effects)
+
+
+FACTORS = _Factors()

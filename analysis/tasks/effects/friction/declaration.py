@@ -136,21 +136,6 @@ def _interval(bounds: ConfidenceInterval) -> str:
     return f"[{number(low)}, {number(high)}]"
 
 
-def _figures(analysis: Analysis) -> Mapping[str, Figure]:
-    prepared, friction = analysis.prepared, analysis.friction
-    if prepared is None or friction is None or not friction.trials:
-        return {}
-    unit = normalisation.RULES[analysis.rule].unit.format(q=analysis.dataset.quantity)
-    return {"rating_friction": rating_friction(prepared, unit=unit)}
-
-
-def _tables(analysis: Analysis) -> Mapping[str, pd.DataFrame]:
-    friction = analysis.friction
-    if analysis.prepared is None or friction is None or not friction.participants:
-        return {}
-    return {"friction": flat(friction.participants)}
-
-
 @styled
 def rating_friction(prepared: Prepared, *, unit: str) -> Figure:
     """Plot estimates against measured coefficients of friction, by participant.
@@ -201,10 +186,25 @@ def rating_friction(prepared: Prepared, *, unit: str) -> Figure:
     return figure
 
 
-ANALYSIS = TaskAnalysis(
-    name="friction",
-    statistics=(MEASURED_FRICTION,),
-    sections=(measured_friction,),
-    figures=_figures,
-    tables=_tables,
-)
+class _Friction(TaskAnalysis):
+    name = "friction"
+    statistics = (MEASURED_FRICTION,)
+
+    def sections(self, analysis: Analysis, svgs: Mapping[str, str]) -> list[ReportSection]:
+        return [measured_friction(analysis, svgs)]
+
+    def figures(self, analysis: Analysis) -> Mapping[str, Figure]:
+        prepared, friction = analysis.prepared, analysis.friction
+        if prepared is None or friction is None or not friction.trials:
+            return {}
+        unit = normalisation.RULES[analysis.rule].unit.format(q=analysis.dataset.quantity)
+        return {"rating_friction": rating_friction(prepared, unit=unit)}
+
+    def tables(self, analysis: Analysis) -> Mapping[str, pd.DataFrame]:
+        friction = analysis.friction
+        if analysis.prepared is None or friction is None or not friction.participants:
+            return {}
+        return {"friction": flat(friction.participants)}
+
+
+ANALYSIS = _Friction()

@@ -145,26 +145,6 @@ COMPARED: dict[str, tuple[str, str, Callable[[float], float]]] = {
 }
 
 
-def _section(analysis: Analysis, _svgs: Mapping[str, str]) -> ReportSection:
-    """Return the section on groups, which is empty if the study has no groups."""
-    section = ReportSection("Groups")
-    found = analysis.inference[GROUPS]
-    if not found:
-        return section
-    for name, (template, how, read) in COMPARED.items():
-        title = template.format(q=analysis.dataset.quantity)
-        part = getattr(found, name)
-        if isinstance(part, NotComputed):
-            section.blocks.append(html.paragraph(f"{title}: not compared ({part.reason}).", "note"))
-        else:
-            level = level_of(analysis.dataset.choices.confidence)
-            section.blocks += [
-                _means(part, title, level, read),
-                _pairs(part, title, how, level, read),
-            ]
-    return section
-
-
 def _means(found: Welch, title: str, level: str, read: Callable[[float], float]) -> Markup:
     return html.table(
         html.columns("Group", "n", "Mean", f"{level} CI", left=1),
@@ -207,18 +187,37 @@ def _pairs(
     )
 
 
-ANALYSIS = TaskAnalysis(
-    name="groups",
-    statistics=(GROUPS,),
-    answers=lambda analysis: answers(
-        analysis.inference[GROUPS], analysis.dataset.choices.confidence
-    ),
-    sentences=lambda analysis: {
-        "Groups": group_sentences(
-            analysis.inference[GROUPS],
-            analysis.dataset.choices.confidence,
-            analysis.dataset.quantity,
-        )
-    },
-    sections=(_section,),
-)
+class _Groups(TaskAnalysis):
+    name = "groups"
+    statistics = (GROUPS,)
+
+    def answers(self, analysis: Analysis) -> list[str]:
+        return answers(analysis.inference[GROUPS], analysis.dataset.choices.confidence)
+
+    def sentences(self, analysis: Analysis) -> Mapping[str, list[str]]:
+        found, data = analysis.inference[GROUPS], analysis.dataset
+        return {"Groups": group_sentences(found, data.choices.confidence, data.quantity)}
+
+    def sections(self, analysis: Analysis, _svgs: Mapping[str, str]) -> list[ReportSection]:
+        """Return the section on groups, which is empty if the study has no groups."""
+        section = ReportSection("Groups")
+        found = analysis.inference[GROUPS]
+        if not found:
+            return [section]
+        for name, (template, how, read) in COMPARED.items():
+            title = template.format(q=analysis.dataset.quantity)
+            part = getattr(found, name)
+            if isinstance(part, NotComputed):
+                section.blocks.append(
+                    html.paragraph(f"{title}: not compared ({part.reason}).", "note")
+                )
+            else:
+                level = level_of(analysis.dataset.choices.confidence)
+                section.blocks += [
+                    _means(part, title, level, read),
+                    _pairs(part, title, how, level, read),
+                ]
+        return [section]
+
+
+ANALYSIS = _Groups()

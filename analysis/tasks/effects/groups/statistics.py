@@ -237,18 +237,23 @@ def _mixed_ps(found: GroupComparison) -> list[float]:
     return [anova.group.p, anova.interaction.p] if anova else []
 
 
-GROUPS: Statistic[GroupComparison] = Statistic(
-    key="groups",
-    meaning="comparison of groups of participants",
-    compute=_groups,
-    title="Groups of participants",
-    families=(
+class _Groups(Statistic[GroupComparison]):
+    key = "groups"
+    meaning = "comparison of groups of participants"
+    title = "Groups of participants"
+    families = (
         Family(name="groups, Welch's tests", read=_welch_ps),
         Family(name="pairs of groups, Welch's t", corrected=True, read=_pair_ps),
         Family(name="groups, mixed analysis of variance", read=_mixed_ps),
-    ),
-    methods="Exponents and mean log estimates were compared between groups by Welch's tests "
-    "[[welch1951]], with Holm's correction for pairs of groups. Mean log estimates were also "
-    "compared in a mixed analysis of variance with group (between participants) and {q.name} "
-    "(within), with the Greenhouse–Geisser correction [[greenhouse1959]].",
-)
+    )
+    methods = (
+        "Exponents and mean log estimates were compared between groups by Welch's tests "
+        "[[welch1951]], with Holm's correction for pairs of groups. Mean log estimates were also "
+        "compared in a mixed analysis of variance with group (between participants) and {q.name} "
+        "(within), with the Greenhouse–Geisser correction [[greenhouse1959]]."
+    )
+
+    compute = staticmethod(_groups)
+
+
+GROUPS = _Groups()

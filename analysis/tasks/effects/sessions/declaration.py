@@ -78,25 +78,6 @@ def _of_measure(measure: SessionMeasure, sessions: tuple[str, ...], confidence: 
     )
 
 
-def _section(analysis: Analysis, _svgs: Mapping[str, str]) -> ReportSection:
-    """Return the section on sessions, which is empty if sessions were not compared."""
-    section = ReportSection("Sessions")
-    found = analysis.inference[SESSIONS]
-    if not found:
-        return section
-    level = level_of(analysis.dataset.choices.confidence)
-    if isinstance(found.anova, NotComputed):
-        reason = f"The analysis of variance across sessions was not computed: {found.anova.reason}."
-        section.blocks.append(html.paragraph(reason, "note"))
-    else:
-        anova = found.anova
-        effects = (anova.session, anova.of_level, anova.interaction)
-        section.blocks.append(anova_table("session", effects, anova.n, analysis.dataset.quantity))
-    if found.measures:
-        section.blocks.append(_measures(found, level))
-    return section
-
-
 def _measures(found: SessionEffects, level: str) -> Markup:
     change = ("Change", f"from {found.sessions[0]}, {level} CI")
     tests = (change, ("p", "Holm"), ("ICC(A,1)", f"{level} CI"))
@@ -135,9 +116,34 @@ def _rows(measure: SessionMeasure, labels: tuple[str, ...]) -> Iterator[list[str
         ]
 
 
-ANALYSIS = TaskAnalysis(
-    name="sessions",
-    statistics=(SESSIONS,),
-    sentences=lambda analysis: {"Sessions": sentences(analysis)},
-    sections=(_section,),
-)
+class _Sessions(TaskAnalysis):
+    name = "sessions"
+    statistics = (SESSIONS,)
+
+    def sentences(self, analysis: Analysis) -> Mapping[str, list[str]]:
+        return {"Sessions": sentences(analysis)}
+
+    def sections(self, analysis: Analysis, _svgs: Mapping[str, str]) -> list[ReportSection]:
+        """Return the section on sessions, which is empty if sessions were not compared."""
+        section = ReportSection("Sessions")
+        found = analysis.inference[SESSIONS]
+        if not found:
+            return [section]
+        level = level_of(analysis.dataset.choices.confidence)
+        if isinstance(found.anova, NotComputed):
+            reason = (
+                f"The analysis of variance across sessions was not computed: {found.anova.reason}."
+            )
+            section.blocks.append(html.paragraph(reason, "note"))
+        else:
+            anova = found.anova
+            effects = (anova.session, anova.of_level, anova.interaction)
+            section.blocks.append(
+                anova_table("session", effects, anova.n, analysis.dataset.quantity)
+            )
+        if found.measures:
+            section.blocks.append(_measures(found, level))
+        return [section]
+
+
+ANALYSIS = _Sessions()

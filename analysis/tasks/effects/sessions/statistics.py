@@ -19,7 +19,7 @@ from slipscale.analysis.statistics.mean_over_participants import (
 )
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.statistics.reliability import IntraclassCorrelation
-from slipscale.analysis.statistics.statistic import Family, Inputs, Statistic
+from slipscale.analysis.statistics.statistic import Family, Inputs, Named, Statistic
 from slipscale.analysis.tasks.effects.sessions.anova import SessionAnova, session_anova
 
 
@@ -189,25 +189,30 @@ def _change_ps(found: SessionEffects) -> list[float]:
     return [change.p for change in changes if isinstance(change, MeanOverParticipants)]
 
 
-SESSIONS: Statistic[SessionEffects] = Statistic(
-    key="sessions",
-    meaning="sessions: analysis of variance, changes between sessions, and test-retest agreement",
-    compute=session_effects,
-    title="Sessions",
-    families=(
+class _Sessions(Statistic[SessionEffects]):
+    key = "sessions"
+    meaning = "sessions: analysis of variance, changes between sessions, and test-retest agreement"
+    title = "Sessions"
+    families = (
         Family(name="sessions, analysis of variance", read=_anova_ps),
         Family(name="changes from the first session", corrected=True, read=_change_ps),
-    ),
-    methods="Sessions were compared in an analysis of variance of mean log estimates with session "
-    "and {q.name} as within-participant factors and the Greenhouse–Geisser correction "
-    "[[greenhouse1959]], and through each participant's change from the first session, with Holm's "
-    "correction across all changes [[holm1979]]; agreement between sessions is the intraclass "
-    "correlation ICC(A,1) [[mcgraw1996]].",
-    conclusions={
-        r"anova\.session\.p": "sessions differ (analysis of variance)",
-        r"anova\.of_level\.p": "{q.levels} differ (analysis of variance with sessions)",
-        r"anova\.interaction\.p": "session differences depend on {q.level} (interaction)",
-        r"measures\.(.+)\.changes\.(.+)\.p_holm": "{0}: session {1} differs from the first",
-    },
-    headlines={r"measures\.(.+)\.agreement\.value": "{0}: ICC(A,1) between sessions"},
-)
+    )
+    methods = (
+        "Sessions were compared in an analysis of variance of mean log estimates with session and "
+        "{q.name} as within-participant factors and the Greenhouse–Geisser correction "
+        "[[greenhouse1959]], and through each participant's change from the first session, with "
+        "Holm's correction across all changes [[holm1979]]; agreement between sessions is the "
+        "intraclass correlation ICC(A,1) [[mcgraw1996]]."
+    )
+    conclusions = (
+        Named("anova.session.p", "sessions differ (analysis of variance)"),
+        Named("anova.of_level.p", "{q.levels} differ (analysis of variance with sessions)"),
+        Named("anova.interaction.p", "session differences depend on {q.level} (interaction)"),
+        Named("measures.*.changes.*.p_holm", "{0}: session {1} differs from the first"),
+    )
+    headlines = (Named("measures.*.agreement.value", "{0}: ICC(A,1) between sessions"),)
+
+    compute = staticmethod(session_effects)
+
+
+SESSIONS = _Sessions()

@@ -21,12 +21,17 @@ def maps(inputs: Inputs) -> tuple[TaskMap | NotComputed, ...] | NotComputed:
     )
 
 
-SORTING: Statistic[tuple[TaskMap | NotComputed, ...]] = Statistic(
-    key="sorting",
-    meaning="sorted groups: non-metric multidimensional scaling (chosen with similarity)",
-    compute=maps,
-    test=False,
-    methods="The dissimilarity of two sorted items is the proportion of participants who put them "
-    "into different groups. Dissimilarities were scaled by non-metric multidimensional scaling "
-    "[[kruskal1964]].",
-)
+class _Sorting(Statistic[tuple[TaskMap | NotComputed, ...]]):
+    key = "sorting"
+    meaning = "sorted groups: non-metric multidimensional scaling (chosen with similarity)"
+    test = False
+    methods = (
+        "The dissimilarity of two sorted items is the proportion of participants who put them "
+        "into different groups. Dissimilarities were scaled by non-metric multidimensional scaling "
+        "[[kruskal1964]]."
+    )
+
+    compute = staticmethod(maps)
+
+
+SORTING = _Sorting()

@@ -24,7 +24,7 @@ from slipscale.experiments.lab.console.state import (
     export_folder,
     findings,
     pilots,
-    table3,
+    rows_of_table3,
 )
 from slipscale.experiments.lab.curves import Curve, curves
 from slipscale.experiments.lab.roster import Visit
@@ -81,7 +81,7 @@ def data(view: View) -> dict[str, object]:
             (row.label, row.summary.duration_s / 60, row.summary.duration_s / longest)
             for row in whole[-MOST_BARS:]
         ],
-        "table3": table3(found.defaults.data) if found.seen else [],
+        "table3": rows_of_table3(found.defaults.data) if found.seen else [],
         "figure": figure.stat().st_mtime_ns if drawn else None,
         "rounded": _rounded,
         "analysing": at_work,

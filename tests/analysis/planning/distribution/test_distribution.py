@@ -13,7 +13,8 @@ from slipscale.analysis.pipeline import analyse
 from slipscale.analysis.planning.distribution import many_studies, numbers
 from slipscale.analysis.planning.distribution.distribution import distribution
 from slipscale.analysis.planning.distribution.many_studies import ManyStudies, StudyResult, results
-from slipscale.analysis.planning.distribution.numbers import Findings, findings
+from slipscale.analysis.planning.distribution.names import said
+from slipscale.analysis.planning.distribution.numbers import Findings, Label, ResultName, findings
 from slipscale.experiments.participants.simulated_people.habits import REALISTIC
 from slipscale.experiments.participants.simulated_people.population import Population
 from slipscale.experiments.running.pilot import pilot_plans, run_pilot
@@ -106,18 +107,24 @@ def test_a_number_spreads_as_its_percentiles_say(many):
     spread = distribution(
         many,
         [
-            StudyResult(number=n, seed=n, found=Findings(numbers={"power_law.exponent": value}))
+            StudyResult(
+                number=n,
+                seed=n,
+                found=Findings(numbers={ResultName(("power_law", "exponent")): value}),
+            )
             for n, value in enumerate(values.tolist(), start=1)
         ]
         + [StudyResult(number=102, seed=102, refused="nobody is left")],
-    ).by_name["power_law.exponent"]
+    ).by_name[ResultName(("power_law", "exponent"))]
     ordered = np.sort(values)
     assert (spread.p5, spread.median, spread.p95) == (ordered[5], ordered[50], ordered[95])
     assert spread.studies == 101
 
 
 def test_a_study_that_is_refused_is_one_in_which_nothing_holds(many):
-    holds = StudyResult(number=1, seed=1, found=Findings(conclusions={"friedman.p": True}))
+    holds = StudyResult(
+        number=1, seed=1, found=Findings(conclusions={ResultName(("friedman", "p")): True})
+    )
     refused = StudyResult(number=2, seed=2, refused="nobody is left")
     found = distribution(many, [holds, refused, replace(refused, number=3), holds])
     (only,) = found.conclusions
@@ -135,41 +142,40 @@ def test_exclusions_that_leave_nobody_are_told_and_not_raised(tmp_path):
 
 
 def test_numbers_of_one_participant_are_left_out_and_corrected_p_decide(found):
-    names = {name for each in found for name in each.found.numbers}
+    names = {str(name) for each in found for name in each.found.numbers}
     assert "table3.1.2.standard_deviation" in names
     assert "pairwise.0 - 1.2.ratio_ci.low" in names
     assert not any("sub-" in name for name in names)
-    concluded = {name for each in found for name in each.found.conclusions}
+    concluded = {str(name) for each in found for name in each.found.conclusions}
     assert "pairwise.0 - 1.2.p_wilcoxon_holm" in concluded
     assert "pairwise.0 - 1.2.p_wilcoxon" not in concluded
     for result in found:
-        assert result.found.conclusions["friedman.p"] == (result.found.numbers["friedman.p"] < 0.05)
+        p = ResultName(("friedman", "p"))
+        assert result.found.conclusions[p] == (result.found.numbers[p] < 0.05)
 
 
 def test_a_list_s_records_are_named_by_what_they_are_of():
-    names = dict(
-        numbers._leaves(
+    records = {
+        "scales": [
+            {"task": "pairs", "surfaces": ["1", "fine"], "values": [0.0, 2.0], "ci": [3, 4]}
+        ],
+        "ratings": [
             {
-                "scales": [
-                    {"task": "pairs", "surfaces": ["1", "fine"], "values": [0.0, 2.0], "ci": [3, 4]}
-                ],
-                "ratings": [
-                    {
-                        "task": "line",
-                        "surfaces": [{"surface": "0", "mean": 5.0}],
-                        "pairs": [{"from_surface": "0", "to_surface": "1.2", "p_holm": 0.1}],
-                        "participants": [{"participant": "sub-01", "mean": 7.0}],
-                    }
-                ],
-                "factors": [
-                    {"factor": name, "anova": {"factor": {"p": p}}, "changes": [{"condition": "b"}]}
-                    for name, p in (("speed", 0.1), ("force", 0.2))
-                ],
-                "contrasts": [{"first": "80", "second": "180", "p_holm": 0.3}],
-                "plain": [{"value": 8.0}, {"value": 9.0}],
+                "task": "line",
+                "surfaces": [{"surface": "0", "mean": 5.0}],
+                "pairs": [{"from_surface": "0", "to_surface": "1.2", "p_holm": 0.1}],
+                "participants": [{"participant": "sub-01", "mean": 7.0}],
             }
-        )
-    )
+        ],
+        "factors": [
+            {"factor": name, "anova": {"factor": {"p": p}}, "changes": [{"condition": "b"}]}
+            for name, p in (("speed", 0.1), ("force", 0.2))
+        ],
+        "contrasts": [{"first": "80", "second": "180", "p_holm": 0.3}],
+        "plain": [{"value": 8.0}, {"value": 9.0}],
+    }
+    leaves = numbers._leaves(records, ResultName())
+    names = {str(name): value for name, value in leaves}
     assert names == {
         "scales.pairs.values.1": 0.0,
         "scales.pairs.values.fine": 2.0,
@@ -183,6 +189,21 @@ def test_a_list_s_records_are_named_by_what_they_are_of():
         "plain.1.value": 8.0,
         "plain.2.value": 9.0,
     }
+
+
+def test_a_description_names_the_elements_of_its_path_and_no_result_at_another():
+    pair = ResultName(("ratings", Label(("line", "0.5")), "pairs", Label(("0", "1.2")), "p_holm"))
+    assert pair.at(("ratings", "*", "pairs", "*", "p_holm")) == [("line", "0.5"), ("0", "1.2")]
+    assert pair.at(("ratings", "*", "pairs", "*", "p")) is None
+    assert pair.at(("ratings", "*", "pairs", "*")) is None
+    words = {("ratings", "*", "pairs", "*", "p_holm"): "{0[0]} ({0}): {1[0]} and {1[1]} {q.unit}"}
+    assert said(pair, words) == (0, "line (line - 0.5): 0 and 1.2 µm")
+    best = ResultName(("growth", "amplitude", "best", "power"))
+    assert (best.at(("growth", "amplitude", "best", "*")), str(best)) == (
+        ["power"],
+        "growth.amplitude.best: power",
+    )
+    assert said(pair, {}) == (0, "ratings.line - 0.5.pairs.0 - 1.2.p_holm")
 
 
 def test_what_would_take_hours_asks_first(monkeypatch, many):

@@ -10,7 +10,7 @@ from scipy import stats
 from slipscale.analysis.reporting.multiplicity import multiplicity
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.statistics.statistic import Inference
-from slipscale.analysis.tasks.matching.declaration import blocks
+from slipscale.analysis.tasks.matching.declaration import ANALYSIS
 from slipscale.analysis.tasks.matching.statistics import MATCHING, matching
 from slipscale.stimuli.quantity import PLATE_AMPLITUDE
 
@@ -119,7 +119,7 @@ def test_how_often_the_reference_was_felt_again_is_a_mean_over_matches():
 
 def test_the_table_shows_repeated_references_and_catch_trials():
     frame = with_catch_trials(matches().assign(felt_again=1.5), 0.7)
-    (table,) = blocks(matching(frame), {}, 95, PLATE_AMPLITUDE)
+    (table,) = ANALYSIS.task_blocks(matching(frame), {}, 95, PLATE_AMPLITUDE)
     first, second = re.findall(r"<td[^>]*>1.50</td>\s*<td[^>]*>(.*?)</td>\s*<td[^>]*>(.*?)<", table)
     assert (first, second) == (("1", "0.100"), ("0", "–"))
 

@@ -163,17 +163,30 @@ def fails(*_):
     raise LookupError("no such column")
 
 
+def declared(base, **parts):
+    """Return the instance of a class that consists of functions and of values."""
+    methods = {key: staticmethod(each) if callable(each) else each for key, each in parts.items()}
+    return type("Declared", (base,), methods)()
+
+
+def wrong(**parts):
+    return declared(TaskAnalysis, **{"name": "wrong", **parts})
+
+
+def statistic(key, compute, **others):
+    return declared(Statistic, key=key, meaning="m", compute=compute, **others)
+
+
 @pytest.mark.parametrize("part", [*guard.PARTS, "sections"])
 def test_every_part_that_fails_is_one_sentence_and_the_report_is_written(
     installed, only_own, tmp_path, part
 ):
     installed(
-        wrong=TaskAnalysis(name="wrong", **{part: (fails,) if part == "sections" else fails}),
+        wrong=wrong(**{part: fails}),
         spread=own_analysis("spread", title="Spread", run=spread),
     )
     report = write_analysis(analyse(only_own), tmp_path).read_text(encoding="utf-8")
-    name = part.removesuffix("s") if part == "sections" else part
-    said = f"analysis &#39;wrong&#39; of the package ourlab: its {name} raised LookupError: no such"
+    said = f"analysis &#39;wrong&#39; of the package ourlab: its {part} raised LookupError: no such"
     assert report.count(said) == 1
     assert "There are 0 estimates" in report
 
@@ -199,16 +212,13 @@ def test_every_part_that_fails_is_one_sentence_and_the_report_is_written(
     ],
 )
 def test_a_part_of_another_type_or_name_is_left_out_and_told(installed, only_own, parts, said):
-    installed(wrong=TaskAnalysis(name="wrong", **parts))
+    installed(wrong=wrong(**parts))
     problems = analyse(only_own).problems
     assert f"analysis 'wrong' of the package ourlab: {said}" in " ".join(problems)
 
 
 def of_key(key, **others):
-    return TaskAnalysis(
-        name="wrong",
-        statistics=(Statistic(key=key, meaning="m", compute=lambda _: {"p": 0.5}, **others),),
-    )
+    return wrong(statistics=(statistic(key, lambda _: {"p": 0.5}, **others),))
 
 
 def test_a_key_that_could_hide_one_of_ours_is_refused(installed):
@@ -226,7 +236,7 @@ def test_a_family_of_tests_that_cannot_be_read_takes_its_result_with_it(installe
 
 def test_measures_of_sessions_that_fail_are_none(installed):
     faults = []
-    installed(wrong=TaskAnalysis(name="wrong", session_tables=fails))
+    installed(wrong=wrong(session_tables=fails))
     (kind,) = guard.installed_kinds(faults)
     assert kind.session_tables(None, None) == []
     assert "its session_tables raised LookupError" in faults[0]
@@ -329,10 +339,8 @@ def grips(read):
         read=read,
         empty=pd.DataFrame,
     )
-    count = Statistic(
-        key="own_grip", meaning="grips", compute=lambda inputs: {"n": len(inputs.data.of(trials))}
-    )
-    return TaskAnalysis(name="grip", trials=trials, statistics=(count,))
+    count = statistic("own_grip", lambda inputs: {"n": len(inputs.data.of(trials))})
+    return wrong(name="grip", trials=trials, statistics=(count,))
 
 
 def read_grips(entries, folder, problems, counts):

@@ -7,7 +7,7 @@ import pandas as pd
 import pytest
 
 from slipscale.analysis.statistics.not_computed import NotComputed
-from slipscale.analysis.tasks.scales.declaration import _answer
+from slipscale.analysis.tasks.scales.declaration import ANALYSIS
 from slipscale.analysis.tasks.scales.statistics import scales
 from slipscale.stimuli.quantity import PLATE_AMPLITUDE
 
@@ -114,7 +114,7 @@ def test_scale_values_that_are_all_equal_are_in_no_order():
         for response in (1.0, 2.0)
     ]
     (found,) = scales(table(both, "pairs"))
-    said = _answer(found, PLATE_AMPLITUDE)
+    said = ANALYSIS.task_answer(found, 0.95, PLATE_AMPLITUDE)
     assert said.endswith(": all scale values were 0.00 (0.5 µm, 1.2 µm and 2.3 µm).")
 
 
