@@ -79,11 +79,6 @@ class Grating(Parametric):
 
     #: Key by which a record is identified as a grating.
     MARK: ClassVar = "waveform"
-    #: Fields that older journals lack. Records omit these fields if they have default values.
-    LATER: ClassVar = frozenset(
-        {"modulation_hz", "duty_share", "phase_deg"}
-        | {f"{order}_harmonic_{what}" for order in HARMONICS for what in ("share", "phase_deg")}
-    )
 
     spatial_period_mm: Annotated[
         float | None,

@@ -164,7 +164,7 @@ def _run_files(
         "seed": plan.seed,
         "mode": plan.mode,
         "language": plan.language,
-        "texts_hash": first.get("texts_hash", MISSING),
+        "texts_hash": first["texts_hash"],
         "complete": run.complete,
         "answered_by": first["answered_by"],
         "masking_noise": first["masking_noise"],
@@ -220,7 +220,7 @@ def _resumes(run: Run) -> list[dict[str, object]]:
                 name: record.data[name]
                 for name in ("plate_spec", "plate", "masking_noise", "software")
             },
-            "texts_hash": record.data.get("texts_hash", MISSING),
+            "texts_hash": record.data["texts_hash"],
             "contact": record.data.get("contact", MISSING),
         }
         for record in run.records

@@ -65,7 +65,7 @@ NOTES: Mapping[str, str] = {
         "language of the text shown to the participant; for languages that the study itself "
         "provides, see `code/`"
     ),
-    "texts_hash": "SHA-256 of all text that the participant could read; n/a for older journals",
+    "texts_hash": "SHA-256 of all text that the participant could read",
     "complete": "whether the run was completed",
     "answered_by": "who answered: person, simulated or scripted; the plate is a separate entry",
     "masking_noise": "on, or absent",

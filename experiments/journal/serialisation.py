@@ -41,24 +41,8 @@ OF_PLATE = frozenset({"plate", "surface", "texture"})
 
 
 def step_record(step: Step) -> dict[str, Any]:
-    """Return a step's type and fields as plain data, exactly as they are read from a journal.
-
-    A field that did not exist in earlier versions is omitted if it has its default value, so that
-    journals from earlier versions can be resumed.
-    """
-    record: dict[str, Any] = _plain(step)
-    for part in (record, *(record.get("lead_in") or ())):
-        if part.get("interval", 0) is None:
-            del part["interval"]
-    if record.get("by") == "participant":
-        del record["by"]
-    if record.get("played", 0) is None:
-        del record["played"]
-    if record.get("back") is False:
-        del record["back"]
-    if record.get("again", 0) is None:
-        del record["again"]
-    return {"type": type(step).__name__, **record}
+    """Return a step's type and fields as plain data, exactly as they are read from a journal."""
+    return {"type": type(step).__name__, **_plain(step)}
 
 
 def _plain(value: Any) -> Any:
@@ -69,21 +53,10 @@ def _plain(value: Any) -> Any:
     if kind in _WHOLE:
         return value
     if names := _names(kind):  # type: ignore[arg-type]  # mypy: no class is hashable
-        return {name: _plain(getattr(value, name)) for name in names if _told(value, name)}
+        return {name: _plain(getattr(value, name)) for name in names}
     if isinstance(value, Mapping):
         return {key: _plain(each) for key, each in value.items()}
     return [_plain(each) for each in value] if isinstance(value, tuple | list) else value
-
-
-def _told(value: Any, name: str) -> bool:
-    """Return whether to record a field; a field in ``LATER`` is omitted if it has its default."""
-    later = name in getattr(value, "LATER", ())
-    return not later or getattr(value, name) != _defaults(type(value))[name]  # type: ignore[arg-type]
-
-
-@cache
-def _defaults(kind: type) -> dict[str, Any]:
-    return {each.name: each.default for each in fields(kind)}
 
 
 @cache

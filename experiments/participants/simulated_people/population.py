@@ -198,16 +198,12 @@ class Population(BaseModel):
     )
 
     @model_serializer(mode="wrap")
-    def _as_before(self, numbers: SerializerFunctionWrapHandler) -> dict[str, object]:
-        # Keys of later versions are omitted if they are empty, so that older pilots can be resumed.
-        content = {
+    def _in_file(self, numbers: SerializerFunctionWrapHandler) -> dict[str, object]:
+        """Return the values with the keys of a file; parameters that are not used are omitted."""
+        return {
             IN_UM if name == "levels" and not self.unit else name: value
             for name, value in numbers(self).items()
-        }
-        return {
-            name: value
-            for name, value in content.items()
-            if value or name not in (OWN, "unit", "effects", "growths", "effect_sds")
+            if value or isinstance(value, float)
         }
 
     @model_validator(mode="after")
