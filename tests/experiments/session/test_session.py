@@ -249,7 +249,8 @@ def test_no_message_of_a_fault_names_the_amplitude_to_a_blinded_operator(laborat
         laboratory.run(operator=operator)
     stops = [record.data["reason"] for record in laboratory.records() if record.kind == "stop"]
     events = summary(make_plan().journal_path(laboratory.folder)).events
-    shown = [status.message for status in operator.told] + [event.words for event in events]
+    shown = [status.message for status in operator.told]
+    shown += [text for event in events for text in (event.words, event.detail)]
     assert stops
     for text in (*shown, *stops, str(ended.value)):
         assert "1.2" not in text
