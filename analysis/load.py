@@ -325,9 +325,9 @@ def _refuse_another_unit(frame: pd.DataFrame, path: Path) -> None:
     vanishing = given[(given > 0) & (given.round(AMPLITUDE_DECIMALS) == 0)]
     if len(vanishing):
         raise UserError(
-            "{path}: column amplitude_um_pp: {min:g} µm is less than 0.1 nm, the resolution of "
+            "{path}: column amplitude_um_pp: {least:g} µm is less than 0.1 nm, the resolution of "
             "amplitudes; expected µm, peak to peak (for another unit, name it, as in "
             "--participant participant_id --stimulus amplitude_um_pp:m --response estimate)",
             path=path,
-            min=vanishing.min(),
+            least=vanishing.min(),
         )

@@ -130,9 +130,9 @@ def columns(
     own = {**protocol.design, **protocol.stimulus, **protocol.response}
     if duplicates := sorted(set(own) & {*common, *MEASURED}):
         raise UserError(
-            "{named}: column {duplicates} is in every task's table; expected another name",
-            named=protocol.named,
-            duplicates=", ".join(duplicates),
+            "{protocol}: column {columns} is in every task's table; expected another name",
+            protocol=protocol.named,
+            columns=", ".join(duplicates),
         )
     if protocol.interval_columns:
         presented = [name for name in common if name.startswith(INTERVAL)]

@@ -239,10 +239,10 @@ class Journal:
     def _not_written(self, error: OSError) -> UserError:
         return UserError(
             "journal {path}: cannot write ({reason}); all responses before the last are on disk: "
-            "{get}, then slipscale resume",
+            "{remedy}, then slipscale resume",
             path=self.path,
             reason=error.strerror,
-            get=REMEDIES.get(error.errno or 0, CHECK_DISK),
+            remedy=REMEDIES.get(error.errno or 0, CHECK_DISK),
         )
 
     def _mark(self) -> Mark:

@@ -350,7 +350,9 @@ def _fit_json(shape: Any, text: str) -> None:
     if not issubclass(shape, _Shape):
         data = json.loads(text)
         if other := set(data) - {f.name for f in fields(shape)}:
-            raise UserError("{name} has no {min}", name=shape.__name__, min=repr(min(other)[:40]))
+            raise UserError(
+                "{name} has no {entry}", name=shape.__name__, entry=repr(min(other)[:40])
+            )
     _adapter(shape).validate_json(text, strict=True)
 
 

@@ -77,11 +77,11 @@ class Condition:
         mean = tuple(centre + self.effect * (each - centre) for each in mean)
         if not all(0 < each < 100 for each in mean):  # noqa: PLR2004
             raise UserError(
-                "--effect {effect:g}: mean sensations would range from {min:.3g} to {max:.3g}; "
+                "--effect {effect:g}: mean sensations would range from {low:.3g} to {high:.3g}; "
                 "expected an effect that keeps them between 0 and 100",
                 effect=self.effect,
-                min=min(mean),
-                max=max(mean),
+                low=min(mean),
+                high=max(mean),
             )
         habits = population.habits.model_copy(
             update={"lapses": self.lapses, "dropout": self.dropout}

@@ -169,9 +169,9 @@ def take_snapshot() -> Snapshot:
         if defaults.file is None:
             return Snapshot(
                 problem=Message(
-                    "{cwd}: slipscale.toml is missing; set the folder up on the Settings "
+                    "{folder}: slipscale.toml is missing; set the folder up on the Settings "
                     "page, or restore the file",
-                    cwd=Path.cwd(),
+                    folder=Path.cwd(),
                 )
             )
         study, text = read_study(defaults.study)

@@ -376,9 +376,9 @@ def read_population(name: str) -> Population:
     """
     if name in POPULATIONS and name in behaviour_names():
         raise UserError(
-            "{named}: '{name}' is a shipped population; expected a different name for the entry "
-            "point",
-            named=load_behaviour(name).named,
+            "{behaviour}: '{name}' is a shipped population; expected a different name for the "
+            "entry point",
+            behaviour=load_behaviour(name).named,
             name=name,
         )
     if name in POPULATIONS:
@@ -411,5 +411,7 @@ def _of_package(name: str) -> Population:
     except (TypeError, ValueError) as error:
         message = in_words(error) if isinstance(error, ValidationError) else error
         raise UserError(
-            "{named}: its population is invalid: {message}", named=behaviour.named, message=message
+            "{behaviour}: its population is invalid: {message}",
+            behaviour=behaviour.named,
+            message=message,
         ) from None
