@@ -33,7 +33,7 @@ from slipscale.experiments.dataset.schema import (
 )
 from slipscale.experiments.dataset.tsv import cell, sidecar, table
 from slipscale.experiments.journal.plan_and_progress import software
-from slipscale.experiments.journal.serialisation import dialect
+from slipscale.experiments.journal.serialisation import in_file
 from slipscale.experiments.steps.questions import CONSENT
 from slipscale.experiments.study.file import study_hash
 from slipscale.faults.message import Message
@@ -199,10 +199,7 @@ def _run_files(
     ]
     yield (
         path.with_suffix(".json"),
-        {
-            SIDECAR: dialect(first, lambda quantity: quantity.in_file)(notes)
-            | ({"notes": remarks} if remarks else {})
-        },
+        {SIDECAR: in_file(first)(notes) | ({"notes": remarks} if remarks else {})},
     )
     for kind, content, told in series_of(records, protocol.task):
         name = f"{path.name.removesuffix('_beh')}_recording-{kind}_physio"

@@ -49,6 +49,7 @@ class _Header(_Shape):
     masking_noise: str
     study_hash: str
     texts_hash: str
+    level_columns: list[str]
     plate_spec: str
     plate: Text
     software: Text

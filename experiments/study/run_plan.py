@@ -232,7 +232,6 @@ class RunPlan:
                     load_protocol(options.protocol).for_task(options),
                     study.factors,
                     plate=study.plate_quantity,
-                    quantity=study.quantity,
                     language=self.language,
                     second=study.second_plate,
                 ),
