@@ -210,4 +210,6 @@ def _notes(path: Path) -> str:
         return path.read_text(encoding="utf-8-sig")
     except (OSError, UnicodeDecodeError) as error:
         reason = error.strerror if isinstance(error, OSError) else "it is not UTF-8 text"
-        raise UserError(f"--notes {path}: {reason}; expected a text file") from None
+        raise UserError(
+            "--notes {path}: {reason}; expected a text file", path=path, reason=reason
+        ) from None

@@ -109,14 +109,19 @@ def _meaning(
         wanted = yes.strip().lower()
         if wanted not in counts.index:
             raise UserError(
-                f"{where}: '{yes}' does not occur; found {_described(counts)}. Set --yes to one of "
-                "these codes"
+                "{where}: '{yes}' does not occur; found {answers}. Set --yes to one of these codes",
+                where=where,
+                yes=yes,
+                answers=_described(counts),
             )
         others = counts.drop(wanted)
         if len(others) and int(others.iloc[1:].sum()) > most_lost:
             raise UserError(
-                f"{where}: besides '{yes}' there are {_described(others)}; expected only two "
-                "codes, for yes and no. Exclude the other rows (--only), or name another column"
+                "{where}: besides '{yes}' there are {others}; expected only two codes, for yes "
+                "and no. Exclude the other rows (--only), or name another column",
+                where=where,
+                yes=yes,
+                others=_described(others),
             )
         return frozenset({wanted}), frozenset(map(str, others.index[:1]))
     for agreed, disagreed in PAIRS:
@@ -124,9 +129,11 @@ def _meaning(
         if int(lost.sum()) <= most_lost and int(counts.sum() - lost.sum()) > 0:
             return agreed, disagreed
     raise UserError(
-        f"{where}: the answers are {_described(counts)}; expected yes and no. State which "
-        "code means yes, for example --yes "
-        f"{next(iter(counts.index), 'CODE')}; for counts of yes answers, use --yes-count and --n"
+        "{where}: the answers are {answers}; expected yes and no. State which code means yes, "
+        "for example --yes {code}; for counts of yes answers, use --yes-count and --n",
+        where=where,
+        answers=_described(counts),
+        code=next(iter(counts.index), "CODE"),
     )
 
 
