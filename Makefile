@@ -63,11 +63,11 @@ pictures: set-test
 
 # Kills and disk faults; docs/validation/index.md. 10,000 cases: make torture ARGS="--places 45 --write"
 torture: set-test
-	$(BIN)/python -m tools.torture $(ARGS)
+	$(BIN)/python -m tools.campaigns torture $(ARGS)
 
 # Sessions in windows that are ended by signals, and by their X server; docs/validation/index.md.
 windows: set-test
-	$(BIN)/python -m tools.torture.windows $(ARGS)
+	$(BIN)/python -m tools.campaigns windows $(ARGS)
 
 # Each of FILES changed files per kind must be used or rejected; a failure is shrunk and kept.
 FILES = 10000
@@ -76,7 +76,7 @@ fuzz: set-test
 
 # Sessions over the emulated board, one after another in one process.
 soak: set-test
-	$(BIN)/python -m tools.torture.soak $(ARGS)
+	$(BIN)/python -m tools.campaigns soak $(ARGS)
 
 # Exit status 1 if a ratio is more than 30 % worse; new figures: make benchmarks ARGS=--write
 benchmarks: set-test
@@ -84,7 +84,7 @@ benchmarks: set-test
 
 # Every line of docs/validation/index.md, by the command that stands there.
 reliability: set-test
-	$(BIN)/python -m tools.reliability $(ARGS)
+	$(BIN)/python -m tools.campaigns reliability $(ARGS)
 
 # Pins with hashes for every platform and Python, a file per set; no index addresses in them. Versions
 # are those of the test set; what is left out is listed under [tool.uv] in pyproject.toml.

@@ -257,8 +257,10 @@ class Reconstruction:
 
         if number < 1 or seed < 0:
             raise UserError(
-                f"sample: number is {number} and seed is {seed}; expected a number of 1 or more "
-                "and a seed of 0 or more"
+                "sample: number is {number} and seed is {seed}; expected a number of 1 or more "
+                "and a seed of 0 or more",
+                number=number,
+                seed=seed,
             )
         found = {}
         for place, solutions in enumerate(self._solutions):

@@ -88,8 +88,10 @@ def load(
         mapping = mapping or beside(where)
     if task is not None and where.is_file():
         raise UserError(
-            f"--task {task}: {where} is a single table; expected a folder (to select rows of a "
-            "table, use --only)"
+            "--task {task}: {where} is a single table; expected a folder (to select rows of a "
+            "table, use --only)",
+            task=task,
+            where=where,
         )
     if mapping is not None and not mapping.of_own and where.exists():
         return _load_foreign(where, mapping, task)
@@ -214,8 +216,11 @@ def _files(
     labels = sorted(label for kind in kinds if kind.label for label in found[kind.name])
     if wanted is not None and wanted not in labels:
         raise UserError(
-            f"--task {wanted}: {folder} has no magnitude estimation or descending difference "
-            f"with that label; expected {' or '.join(labels) or 'no --task'}"
+            "--task {wanted}: {folder} has no magnitude estimation or descending difference "
+            "with that label; expected {expected}",
+            wanted=wanted,
+            folder=folder,
+            expected=" or ".join(labels) or "no --task",
         )
     return {
         kind.name: of_one_label(kind, found[kind.name], wanted, problems)
@@ -325,9 +330,9 @@ def _refuse_another_unit(frame: pd.DataFrame, path: Path) -> None:
     vanishing = given[(given > 0) & (given.round(AMPLITUDE_DECIMALS) == 0)]
     if len(vanishing):
         raise UserError(
-            "{path}: column amplitude_um_pp: {min:g} µm is less than 0.1 nm, the resolution of "
+            "{path}: column amplitude_um_pp: {least:g} µm is less than 0.1 nm, the resolution of "
             "amplitudes; expected µm, peak to peak (for another unit, name it, as in "
             "--participant participant_id --stimulus amplitude_um_pp:m --response estimate)",
             path=path,
-            min=vanishing.min(),
+            least=vanishing.min(),
         )

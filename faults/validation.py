@@ -226,7 +226,7 @@ def _message(fault: dict[str, Any]) -> str:
     if kind in NUMBERS and isinstance(given, str) and NUMBER.fullmatch(given):
         message = Message("{message} without quotation marks", message=message)
     if kind not in ("extra_forbidden", "missing") and isinstance(given, str | int | float):
-        message = Message("{message}, got {given}", message=message, given=_shown(given))
+        message = Message("{message}, got {entry}", message=message, entry=_shown(given))
     if kind == "literal_error":
         meant = nearest(given, re.findall("'([^']*)'", known["expected"]))
     else:

@@ -248,10 +248,10 @@ def with_plate_file(spec: str, wanted: str) -> str:
         return f"{backend}:{address},plate={wanted}" if address else f"{backend}:plate={wanted}"
     if named != [wanted]:
         raise UserError(
-            "plate '{spec}': the study is for plate '{wanted}', not '{named}'",
+            "plate '{spec}': the study is for plate '{wanted}', not '{given_plate}'",
             spec=spec,
             wanted=wanted,
-            named=named[0],
+            given_plate=named[0],
         )
     return spec
 

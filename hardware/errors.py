@@ -5,10 +5,11 @@ Backends report every hardware fault as one of these exceptions.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import ClassVar
 
 from slipscale.faults import RigError
-from slipscale.faults.message import Message, as_data
+from slipscale.faults.message import Message, as_data, from_data
 
 
 class PlateFault(RigError):
@@ -41,12 +42,11 @@ class PlateFault(RigError):
     def record(self) -> dict[str, object]:
         """Return the journal's record: the English message, and the data to translate it from.
 
-        The record may contain a level, so it is not shown to a blinded operator.
+        A blinded operator may see the message only if the record is ``level_free``.
         """
         data = as_data(self.message)
-        return {"code": self.code, "message": str(self.message)} | (
-            data if isinstance(data, dict) else {}
-        )
+        record = {"code": self.code, "message": str(self.message), "level_free": self.level_free}
+        return record | (data if isinstance(data, dict) else {})
 
     def blinded(self) -> PlateFault:
         """Return the fault with a message that a blinded operator may see."""
@@ -55,6 +55,16 @@ class PlateFault(RigError):
         shown = type(self).__new__(type(self))  # the class may have its own constructor
         PlateFault.__init__(shown, self.in_general, level_free=True)
         return shown
+
+
+def visible_message(record: Mapping[str, object]) -> str:
+    """Return a recorded fault's message; empty if a blinded operator may not see it."""
+    if record.get("level_free") is not True:
+        return ""
+    try:
+        return from_data(record if "template" in record else record.get("message", ""))
+    except ValueError:  # another program changed the record
+        return str(record.get("message", ""))
 
 
 class PlateNotFound(PlateFault):

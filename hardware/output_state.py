@@ -153,10 +153,10 @@ class GuardedOutput(ABC):
         if duty > self.limits.duty:
             raise OverLimit(
                 "the plate vibrated {duty:.0%} of the last {duty_window_s:g} s, more than the "
-                "allowed {limits_duty:.0%}",
+                "allowed {largest_duty:.0%}",
                 duty=duty,
                 duty_window_s=self.limits.duty_window_s,
-                limits_duty=self.limits.duty,
+                largest_duty=self.limits.duty,
                 level_free=True,
             )
 

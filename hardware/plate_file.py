@@ -97,8 +97,6 @@ LEVELS = frozenset({"level", "deviation_level"})
 # Entries that new files do not contain.
 NOT_WRITTEN = ("geometry", CHECKSUM)
 LOWER_BOUNDS = ("frequency_min_hz",)
-# Entries that older files do not contain: table, key and default value.
-ADDED_LATER = (("limits", "voltage_band", SHIPPED.voltage_band), ("acknowledgement", CHECKSUM, ""))
 
 
 class Expected(FrozenTable):
@@ -237,16 +235,8 @@ class _Signed(PlateFile):
 
 
 def checksum(plate: PlateFile) -> str:
-    """Return the SHA-256 of a plate file's content, regardless of its layout.
-
-    An entry that older versions of the software did not write is included only if it differs from
-    its default, so that plate files signed with these versions remain valid.
-    """
-    table = plate.in_file()
-    for part, name, default in ADDED_LATER:
-        if table[part] is not None and table[part].get(name) == default:
-            del table[part][name]
-    content = json.dumps(table, sort_keys=True)
+    """Return the SHA-256 of a plate file's content, regardless of its layout."""
+    content = json.dumps(plate.in_file(), sort_keys=True)
     return hashlib.sha256(content.encode("utf-8")).hexdigest()
 
 

@@ -194,12 +194,12 @@ class FrictionMap(Parametric):
         if steps < 2:  # noqa: PLR2004 - fewer are no change
             raise UserError(
                 "{where}: a finger at {finger_speed_mm_s:g} mm/s crosses the image in "
-                "{given:.3g} ms, but the plate and its connection need {given_2:g} ms for two "
-                "amplitudes",
+                "{crossing_ms:.3g} ms, but the plate and its connection need {needed_ms:g} ms "
+                "for two amplitudes",
                 where=self.where,
                 finger_speed_mm_s=self.finger_speed_mm_s,
-                given=1000 * stroke_s,
-                given_2=2000 * modulator.shortest_step_s,
+                crossing_ms=1000 * stroke_s,
+                needed_ms=2000 * modulator.shortest_step_s,
             )
         levels = tuple(self.shown((step + 0.5) / steps) for step in range(steps))
         step_s = stroke_s / steps

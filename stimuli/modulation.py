@@ -95,7 +95,9 @@ class Loop:
             )
         for each in (*self.levels, self.mean_level):
             if not (math.isfinite(each) and each >= 0):
-                raise UserError("loop: each level must be 0 or more, but one is {each}", each=each)
+                raise UserError(
+                    "loop: each level must be 0 or more, but one is {level}", level=each
+                )
         if not (math.isfinite(self.step_s) and 0 < self.edge_s <= self.step_s):
             raise UserError(
                 "loop: edge_s must be above 0 and at most step_s ({step_s} s), but is {edge_s} s",

@@ -218,7 +218,7 @@ class Quantity:
     @property
     def _words(self) -> Words:
         unit = self.suffix or self.column
-        tolerance = "um" if self.of_plate else unit
+        tolerance = "um" if self.in_um_pp else unit
         return Words(self.column, self.noun, self.nouns, unit, tolerance)
 
     @property

@@ -79,11 +79,6 @@ class Grating(Parametric):
 
     #: Key by which a record is identified as a grating.
     MARK: ClassVar = "waveform"
-    #: Fields that older journals lack. Records omit these fields if they have default values.
-    LATER: ClassVar = frozenset(
-        {"modulation_hz", "duty_share", "phase_deg"}
-        | {f"{order}_harmonic_{what}" for order in HARMONICS for what in ("share", "phase_deg")}
-    )
 
     spatial_period_mm: Annotated[
         float | None,
@@ -183,10 +178,10 @@ class Grating(Parametric):
             share, phase = f"{name}_harmonic_share", f"{name}_harmonic_phase_deg"
             if getattr(self, phase) and not getattr(self, share):
                 raise UserError(
-                    "{where}: {phase} is {getattr}, but {share} is 0; expected {share} above 0",
+                    "{where}: {phase} is {value}, but {share} is 0; expected {share} above 0",
                     where=self.where,
                     phase=phase,
-                    getattr=getattr(self, phase),
+                    value=getattr(self, phase),
                     share=share,
                 )
         if self._harmonics and self.waveform != "sine":
@@ -398,13 +393,13 @@ class Grating(Parametric):
         raise UserError(
             "{where}: a finger at {speed_mm_s:g} mm/s crosses {rate_hz:.3g} periods per second, "
             "but the plate and its connection can follow at most {fastest_hz:.3g}: expected a "
-            "finger speed up to {fastest_hz_2:.3g} mm/s or a period from {speed_mm_s_2:.3g} mm",
+            "finger speed up to {fastest_mm_s:.3g} mm/s or a period from {shortest_mm:.3g} mm",
             where=self.where,
             speed_mm_s=speed_mm_s,
             rate_hz=rate_hz,
             fastest_hz=fastest_hz,
-            fastest_hz_2=fastest_hz * self.spatial_period_mm,
-            speed_mm_s_2=speed_mm_s / fastest_hz,
+            fastest_mm_s=fastest_hz * self.spatial_period_mm,
+            shortest_mm=speed_mm_s / fastest_hz,
         )
 
     def change(

@@ -152,6 +152,8 @@ def _refuse_others(args: Namespace, what: str) -> None:
     given = [name for name, default in OTHERS.items() if getattr(args, name) != default]
     if given:
         raise UserError(
-            f"--{given[0].replace('_', '-')} cannot be combined with {what}; expected only "
-            "--participants, --minutes, --population, --studies and --seed"
+            "--{option} cannot be combined with {what}; expected only --participants, "
+            "--minutes, --population, --studies and --seed",
+            option=given[0].replace("_", "-"),
+            what=what,
         )

@@ -67,7 +67,7 @@ def mapping_from(args: Namespace) -> TableMapping | None:
 def _pairs(given: Sequence[str], option: str) -> list[tuple[str, str]]:
     pairs = [text.rpartition("=") for text in given]
     if wrong := [last for column, sign, last in pairs if not (sign and column)]:
-        raise UserError(f"{option} {wrong[0]}: expected COLUMN=VALUE")
+        raise UserError("{option} {name}: expected COLUMN=VALUE", option=option, name=wrong[0])
     return [(column, value) for column, _, value in pairs]
 
 
@@ -78,13 +78,18 @@ def _levels(given: Sequence[str]) -> dict[str, float]:
         if not sign:
             column, value = text, _number_at_end(text)
         if column in found:
-            raise UserError(f"--levels {text}: column {column} is given twice; expected only once")
+            raise UserError(
+                "--levels {text}: column {column} is given twice; expected only once",
+                text=text,
+                column=column,
+            )
         try:
             found[column] = float(value)
         except ValueError:
             raise UserError(
-                f"--levels {text}: expected COLUMN=LEVEL with a number, or a column name that "
-                "ends with a number"
+                "--levels {text}: expected COLUMN=LEVEL with a number, or a column name that "
+                "ends with a number",
+                text=text,
             ) from None
     return found
 
@@ -104,7 +109,8 @@ def _number_at_end(column: str) -> str:
     separated = number[0] in ".," and before[-1:].isalnum()
     if separated or UNCLEAR_BEFORE.search(before) or THOUSANDS.fullmatch(number):
         raise UserError(
-            f"--levels {column}: the number at the end could be read in several ways; expected "
-            f"{column}=LEVEL, with the level as a number"
+            "--levels {column}: the number at the end could be read in several ways; expected "
+            "{column}=LEVEL, with the level as a number",
+            column=column,
         )
     return number.replace(",", ".")

@@ -50,7 +50,9 @@ def refuse_without_times(args: Namespace) -> None:
     """Reject the options for repeated simulations if only one study is simulated."""
     for name in ("jobs", "yes"):
         if getattr(args, name):
-            raise UserError(f"--{name} applies only to repeated simulations; add --times N")
+            raise UserError(
+                "--{name} applies only to repeated simulations; add --times N", name=name
+            )
 
 
 def run_times(args: Namespace) -> int:
@@ -107,17 +109,20 @@ def _folder(out: Path | None, pilots: Path) -> Path:
 def _refuse(args: Namespace, jobs: int) -> None:
     """Reject invalid options before slow imports."""
     if not 1 <= args.times <= MOST:
-        raise UserError(f"--times {args.times}: expected 1 to {MOST}")
+        raise UserError("--times {times}: expected 1 to {most}", times=args.times, most=MOST)
     if jobs != -1 and jobs < 1:
-        raise UserError(f"--jobs {jobs}: expected 1 or more, or -1 for one per processor")
+        raise UserError("--jobs {jobs}: expected 1 or more, or -1 for one per processor", jobs=jobs)
     if args.plate != "mock":
         raise UserError(
-            f"--plate {args.plate}: with --times, every simulated study uses a mock plate "
-            "without faults; omit --plate, or --times"
+            "--plate {plate}: with --times, every simulated study uses a mock plate without "
+            "faults; omit --plate, or --times",
+            plate=args.plate,
         )
     for name in OF_ONE:
         if getattr(args, name):
             raise UserError(
-                f"--{name} {getattr(args, name)}: with --times, every simulated study uses the "
-                f"value in the study file; omit --{name}, or --times"
+                "--{name} {number}: with --times, every simulated study uses the value in the "
+                "study file; omit --{name}, or --times",
+                name=name,
+                number=getattr(args, name),
             )

@@ -167,8 +167,10 @@ def axes_of(args: Namespace, design: Design) -> dict[str, tuple[Any, ...]]:
 
     if args.catch_steps is not None and design.steps is None:
         raise UserError(
-            f"--catch-steps {' '.join(args.catch_steps)}: {design.name} has no descending "
-            "difference task; omit --catch-steps, or use another study"
+            "--catch-steps {catch_steps}: {study} has no descending difference task; omit "
+            "--catch-steps, or use another study",
+            catch_steps=" ".join(args.catch_steps),
+            study=design.name,
         )
     habits = design.population.habits
     default: dict[str, tuple[Any, ...]] = {
@@ -195,9 +197,11 @@ def part_of(text: str | None, cache: Path | None) -> Part:
         return Part()
     found = re.fullmatch(r"(\d{1,6})/(\d{1,6})", text)
     if not found or not 1 <= int(found[1]) <= int(found[2]):
-        raise UserError(f"--shard {text}: expected K/N with K from 1 to N, such as 3/20")
+        raise UserError("--shard {text}: expected K/N with K from 1 to N, such as 3/20", text=text)
     if cache is None:
-        raise UserError(f"--shard {text}: expected --cache too, with one folder for all shards")
+        raise UserError(
+            "--shard {text}: expected --cache too, with one folder for all shards", text=text
+        )
     return Part(number=int(found[1]), of=int(found[2]))
 
 
@@ -212,7 +216,9 @@ def assurance_of(text: str | None) -> Assurance | None:
     except ValueError:
         mean = sd = math.nan
     if not (math.isfinite(mean) and math.isfinite(sd) and mean >= 0 and sd > 0):
-        raise UserError(f"--assurance {text}: expected a mean and a positive SD, such as 1,0.4")
+        raise UserError(
+            "--assurance {text}: expected a mean and a positive SD, such as 1,0.4", text=text
+        )
     return Assurance(mean=mean, sd=sd)
 
 
@@ -238,9 +244,11 @@ def run_power(args: Namespace) -> int:
     population, fitted = chosen_population(args)
     if population.behaviour:
         raise UserError(
-            f"--population {args.population}: power uses only the parameters of a population, not "
-            f"the code of '{population.behaviour}'; expected a population without behaviour, or "
-            "use slipscale pilot"
+            "--population {population}: power uses only the parameters of a population, not the"
+            " code of '{behaviour}'; expected a population without behaviour, or use slipscale "
+            "pilot",
+            population=args.population,
+            behaviour=population.behaviour,
         )
     design = design_of(study, text, population, args.alpha)
     grid = conditions(axes_of(args, design))

@@ -147,8 +147,10 @@ def _answer_intervals(table: PublishedTable, arguments: argparse.Namespace) -> i
     for name in ("sample", "variants", "conclusions", "html"):
         if getattr(arguments, name):
             raise UserError(
-                f"--{name} requires a finite number of data sets, but continuous values or "
-                f"logarithms, as in {arguments.table}, allow infinitely many: omit this option"
+                "--{name} requires a finite number of data sets, but continuous values or "
+                "logarithms, as in {table}, allow infinitely many: omit this option",
+                name=name,
+                table=arguments.table,
             )
     tests = [answer(test, table.intervals) for test in table.tests]
     with _output(arguments.out) as file:
@@ -200,7 +202,7 @@ def _check(arguments: argparse.Namespace) -> None:
             )
         return
     if arguments.sample < 1:
-        raise UserError(f"--sample {arguments.sample}: expected 1 or more")
+        raise UserError("--sample {sample}: expected 1 or more", sample=arguments.sample)
     for name, writes in (
         ("html", "a page that contains samples"),
         ("json", "the counts and tests"),
@@ -208,8 +210,10 @@ def _check(arguments: argparse.Namespace) -> None:
     ):
         if getattr(arguments, name):
             raise UserError(
-                f"--sample and --{name} cannot be combined, because --{name} writes {writes}; "
-                "expected one of them"
+                "--sample and --{name} cannot be combined, because --{name} writes {writes}; "
+                "expected one of them",
+                name=name,
+                writes=writes,
             )
 
 
@@ -334,7 +338,9 @@ def _status(columns: list[Solutions]) -> int:
     """
     if refused := [solutions for solutions in columns if solutions.refused]:
         labels = ", ".join(f"'{solutions.column.label}'" for solutions in refused)
-        raise UserError(f"column {labels} not counted: {refused[0].refused}")
+        raise UserError(
+            "column {labels} not counted: {reason}", labels=labels, reason=refused[0].refused
+        )
     return DONE if all(solutions.consistent for solutions in columns) else ANSWER_IS_NO
 
 

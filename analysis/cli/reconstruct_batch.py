@@ -25,10 +25,12 @@ def run_batch(arguments: Namespace) -> int:
     if arguments.out is None:
         raise UserError("--batch needs --out FILE, the CSV file for the verdicts")
     if arguments.workers < 1:
-        raise UserError(f"--workers {arguments.workers}: expected 1 or more")
+        raise UserError("--workers {workers}: expected 1 or more", workers=arguments.workers)
     others = ("sample", "long", "html", "json", "conclusions", "variants")
     if given := [f"--{name}" for name in others if getattr(arguments, name)]:
-        raise UserError(f"--batch writes one verdict per row: omit {', '.join(given)}")
+        raise UserError(
+            "--batch writes one verdict per row: omit {options}", options=", ".join(given)
+        )
     rows = read_rows(arguments.table)
     names = [field.name for field in fields(Verdict)]
     found = _earlier(arguments.out, names, rows)
@@ -79,8 +81,9 @@ def _earlier(path: Path, names: list[str], rows: Sequence[Row]) -> list[tuple[st
     )
     if head != names or not same or (text and not whole):
         raise UserError(
-            f"{path}: already exists and does not contain verdicts on these rows; expected a new "
-            "file, or the output of an interrupted --batch with the same table"
+            "{path}: already exists and does not contain verdicts on these rows; expected a new"
+            " file, or the output of an interrupted --batch with the same table",
+            path=path,
         )
     if whole != text:
         path.write_bytes(whole.encode("utf-8"))

@@ -66,9 +66,10 @@ def check_installed(forms: Sequence[str]) -> None:
             import weasyprint  # noqa: F401
         except OSError as error:
             raise UserError(
-                "--forms pdf: WeasyPrint cannot load Pango, its text layout library "
-                f"({error}); install Pango (Debian: libpango-1.0-0 libpangoft2-1.0-0), or "
-                "print report.html from a browser"
+                "--forms pdf: WeasyPrint cannot load Pango, its text layout library ({error}); "
+                "install Pango (Debian: libpango-1.0-0 libpangoft2-1.0-0), or print report.html"
+                " from a browser",
+                error=error,
             ) from None
 
 

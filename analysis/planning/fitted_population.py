@@ -71,17 +71,25 @@ def fit_population(analysis: Analysis) -> FittedPopulation:
     name = analysis.dataset.name
     if len(cells) < FEWEST or cells.shape[1] < 2:  # noqa: PLR2004
         raise UserError(
-            f"--from {name}: {len(cells)} people with an estimate at each of "
-            f"{cells.shape[1]} amplitudes; expected at least {FEWEST} people and 2 "
-            "amplitudes"
+            "--from {name}: {people} people with an estimate at each of {amplitudes} "
+            "amplitudes; expected at least {fewest} people and 2 amplitudes",
+            name=name,
+            people=len(cells),
+            amplitudes=cells.shape[1],
+            fewest=FEWEST,
         )
     mean, sd = cells.mean().to_numpy(float), cells.std(ddof=1).to_numpy(float)
     if (mean <= 0).any() or (mean >= 100).any() or (sd <= 0).any():  # noqa: PLR2004
         raise UserError(
-            f"--from {name}: with the normalisation '{analysis.rule}', mean estimates range from "
-            f"{mean.min():.3g} to {mean.max():.3g}, and the smallest standard deviation between "
-            f"people is {sd.min():.3g}; expected means between 0 and 100 and standard deviations "
-            "above 0, as with --normalise scale_top or grand_maximum"
+            "--from {name}: with the normalisation '{rule}', mean estimates range from "
+            "{lowest_mean:.3g} to {highest_mean:.3g}, and the smallest standard deviation "
+            "between people is {lowest_sd:.3g}; expected means between 0 and 100 and standard "
+            "deviations above 0, as with --normalise scale_top or grand_maximum",
+            name=name,
+            rule=analysis.rule,
+            lowest_mean=mean.min(),
+            highest_mean=mean.max(),
+            lowest_sd=sd.min(),
         )
     found: dict[str, Any] = {
         "amplitude_um_pp": tuple(cells.columns.to_numpy(float).tolist()),

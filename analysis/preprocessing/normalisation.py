@@ -241,12 +241,12 @@ def normalise(trials: pd.DataFrame, rule: str) -> pd.Series[float]:
     if below.isna().any():
         who = sorted(trials.loc[below.isna(), PARTICIPANT].astype(str).unique())
         raise UserError(
-            "normalisation '{rule}' requires {needs} (missing for {listed}); with these data, "
-            "expected one of {normalise_by_all}",
+            "normalisation '{rule}' requires {needs} (missing for {incomplete}); with these data, "
+            "expected one of {usable_rules}",
             rule=rule,
             needs=RULES[rule].needs,
-            listed=listed(who),
-            normalise_by_all=", ".join(normalise_by_all(trials)),
+            incomplete=listed(who),
+            usable_rules=", ".join(normalise_by_all(trials)),
         )
     return _scaled(trials, rule, below)
 

@@ -105,18 +105,22 @@ def read_bundle(path: Path) -> Bundle:
         If the path is not a bundle, the bundle is truncated, or its manifest or study was changed.
     """
     if not path.exists():
-        raise UserError(f"--plan {path}: no such file or folder")
+        raise UserError("--plan {path}: no such file or folder", path=path)
     files = _of_folder(path) if path.is_dir() else _of_zip(path)
     if MANIFEST not in files:
         raise UserError(
-            f"--plan {path}: not a bundle from slipscale study freeze; {MANIFEST} is missing"
+            "--plan {path}: not a bundle from slipscale study freeze; {manifest} is missing",
+            path=path,
+            manifest=MANIFEST,
         )
     manifest = _manifest(path, files.pop(MANIFEST))
     listed = {file.path: file.sha256 for file in manifest.files}
     if STUDY not in files or sha256(files[STUDY]) != listed.get(STUDY):
         raise UserError(
-            f"--plan {path}: {STUDY} is missing or is not the frozen file (its SHA-256 "
-            "differs), so nothing can be compared with the plan"
+            "--plan {path}: {study} is missing or is not the frozen file (its SHA-256 differs),"
+            " so nothing can be compared with the plan",
+            path=path,
+            study=STUDY,
         )
     return Bundle(
         name=path.name,
@@ -139,20 +143,28 @@ def _manifest(path: Path, content: bytes) -> Manifest:
         manifest = json.loads(content)
         if isinstance(manifest, dict) and manifest.get("format", FORMAT) != FORMAT:
             raise UserError(
-                f"--plan {path}: its format is {manifest['format']!r}, but this version of "
-                f"Slipscale reads format {FORMAT}"
+                "--plan {path}: its format is {format}, but this version of Slipscale reads "
+                "format {known_format}",
+                path=path,
+                format=repr(manifest["format"]),
+                known_format=FORMAT,
             )
         found = Manifest.model_validate(manifest)
     except (ValueError, RecursionError) as error:
         reason = "it is not JSON" if not isinstance(error, ValidationError) else _first(error)
         raise UserError(
-            f"--plan {path}: {MANIFEST} was damaged or edited ({reason}); use the bundle that "
-            "was deposited"
+            "--plan {path}: {manifest} was damaged or edited ({reason}); use the bundle that "
+            "was deposited",
+            path=path,
+            manifest=MANIFEST,
+            reason=reason,
         ) from None
     if found.computed_digest() != found.digest:
         raise UserError(
-            f"--plan {path}: {MANIFEST} was edited after it was frozen (its SHA-256 differs "
-            "from the one it states); use the bundle that was deposited"
+            "--plan {path}: {manifest} was edited after it was frozen (its SHA-256 differs from"
+            " the one it states); use the bundle that was deposited",
+            path=path,
+            manifest=MANIFEST,
         )
     return found
 
@@ -170,7 +182,9 @@ def _of_folder(path: Path) -> dict[str, bytes]:
                 _refuse_large(path, name, file.stat().st_size)
                 found[name] = file.read_bytes()
     except OSError as error:
-        raise UserError(f"--plan {error.filename or path}: {error.strerror}") from None
+        raise UserError(
+            "--plan {file}: {reason}", file=error.filename or path, reason=error.strerror
+        ) from None
     return found
 
 
@@ -184,16 +198,23 @@ def _of_zip(path: Path) -> dict[str, bytes]:
                     found[entry.filename] = archive.read(entry)
     except (zipfile.BadZipFile, zlib.error, EOFError, NotImplementedError, RuntimeError) as error:
         raise UserError(
-            f"--plan {path}: not a bundle, or truncated or damaged ({error}); expected a "
-            "folder or a zip file from slipscale study freeze"
+            "--plan {path}: not a bundle, or truncated or damaged ({error}); expected a folder "
+            "or a zip file from slipscale study freeze",
+            path=path,
+            error=error,
         ) from None
     except OSError as error:
-        raise UserError(f"--plan {path}: {error.strerror or error}") from None
+        raise UserError(
+            "--plan {path}: {reason}", path=path, reason=error.strerror or error
+        ) from None
     return found
 
 
 def _refuse_large(path: Path, name: str, size_bytes: int) -> None:
     if size_bytes > LARGEST_BYTES:
         raise UserError(
-            f"--plan {path}: {name} is too large for a file in a plan ({size_bytes} bytes)"
+            "--plan {path}: {name} is too large for a file in a plan ({size_bytes} bytes)",
+            path=path,
+            name=name,
+            size_bytes=size_bytes,
         )

@@ -74,8 +74,10 @@ def _same_study(bundle: Bundle, analysis: Analysis) -> None:
     names = analysis.dataset.details.get("study", ())
     if names and bundle.manifest.name not in names:
         raise UserError(
-            f"--plan {bundle.name}: is for study '{bundle.manifest.name}', but the data are "
-            f"from '{', '.join(names)}'"
+            "--plan {bundle}: is for study '{study}', but the data are from '{names}'",
+            bundle=bundle.name,
+            study=bundle.manifest.name,
+            names=", ".join(names),
         )
 
 

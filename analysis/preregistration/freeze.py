@@ -191,15 +191,15 @@ def _power(folder: Path, study: str) -> dict[str, bytes]:
         ) from None
     except (ValueError, KeyError, TypeError):
         raise UserError(
-            "--power {folder}: {power_result} is not a result of slipscale power",
+            "--power {folder}: {file} is not a result of slipscale power",
             folder=folder,
-            power_result=POWER_RESULT,
+            file=POWER_RESULT,
         ) from None
     if of != study:
         raise UserError(
-            "--power {folder}: belongs to study '{of}'; expected '{study}'",
+            "--power {folder}: belongs to study '{computed_for}'; expected '{study}'",
             folder=folder,
-            of=of,
+            computed_for=of,
             study=study,
         )
     return found
@@ -210,4 +210,6 @@ def _notes(path: Path) -> str:
         return path.read_text(encoding="utf-8-sig")
     except (OSError, UnicodeDecodeError) as error:
         reason = error.strerror if isinstance(error, OSError) else "it is not UTF-8 text"
-        raise UserError(f"--notes {path}: {reason}; expected a text file") from None
+        raise UserError(
+            "--notes {path}: {reason}; expected a text file", path=path, reason=reason
+        ) from None

@@ -116,26 +116,31 @@ def _meaning(
     found = frozenset(map(str, counts.index))
     if yes and not yes & found:
         raise UserError(
-            f"{where}: '{', '.join(sorted(yes))}' does not occur; found {_described(counts)}. Set "
-            "--yes to one of these codes"
+            "{where}: '{yes}' does not occur; found {answers}. Set --yes to one of these codes",
+            where=where,
+            yes=", ".join(sorted(yes)),
+            answers=_described(counts),
         )
     if not (yes or no):
         for agreed, disagreed in PAIRS:
             if found and found <= {agreed, disagreed}:
                 return frozenset({agreed}), frozenset({disagreed})
-        first = next(iter(counts.index), "CODE")
         raise UserError(
-            f"{where}: the answers are {_described(counts)}; expected one code for yes and one for "
-            f"no. State what the codes mean, for example --yes {first}, and, with more than two "
-            "codes, --no CODE for no or wrong and --missing CODE for no answer; for counts of yes "
-            "answers, use --yes-count and --n"
+            "{where}: the answers are {answers}; expected one code for yes and one for no. State "
+            "what the codes mean, for example --yes {code}, and, with more than two codes, --no "
+            "CODE for no or wrong and --missing CODE for no answer; for counts of yes answers, use "
+            "--yes-count and --n",
+            where=where,
+            answers=_described(counts),
+            code=next(iter(counts.index), "CODE"),
         )
     others = found - yes - no
     if others and (len(others) > 1 or (yes and no)):
-        unknown = counts[counts.index.isin(others)]
         raise UserError(
-            f"{where}: the meaning of {_described(unknown)} is not stated; expected --no CODE for "
-            "no or wrong, or --missing CODE for no answer (or exclude the rows with --only)"
+            "{where}: the meaning of {others} is not stated; expected --no CODE for no or wrong, "
+            "or --missing CODE for no answer (or exclude the rows with --only)",
+            where=where,
+            others=_described(counts[counts.index.isin(others)]),
         )
     return (yes, no | others) if yes else (others, no)
 

@@ -212,10 +212,14 @@ def _refuse_many(
         return
     first = frame.loc[cells.index[:1]]
     raise UserError(
-        f"{places(first, sources)[0]}, column {problems.title(column)}: "
-        f"'{cell(first[column].iloc[0])}' and {len(cells) - 1} others of the {len(frame)} "
-        "cells are not numbers; expected numbers in the same format throughout the file, and "
-        "n/a for missing values"
+        "{place}, column {column}: '{value}' and {others} others of the {rows} cells are not "
+        "numbers; expected numbers in the same format throughout the file, and n/a for missing "
+        "values",
+        place=places(first, sources)[0],
+        column=problems.title(column),
+        value=cell(first[column].iloc[0]),
+        others=len(cells) - 1,
+        rows=len(frame),
     )
 
 

@@ -207,8 +207,10 @@ def quantity_of(path: Path) -> Quantity:
         return QuantityTable.model_validate(stated or {}).quantity
     except (ValueError, TypeError, KeyError, AttributeError, RecursionError):
         raise UserError(
-            f"{sidecar}: {QUANTITY} cannot be read; expected name, unit and convention, as in the "
-            "study file"
+            "{sidecar}: {key} cannot be read; expected name, unit and convention, as in the "
+            "study file",
+            sidecar=sidecar,
+            key=QUANTITY,
         ) from None
 
 
@@ -278,8 +280,9 @@ def check_names(names: Sequence[str], path: Path, required: Sequence[str]) -> No
     """Raise a `UserError` if a required column is missing or a column occurs twice."""
     if duplicates := sorted({name for name in names if name and names.count(name) > 1}):
         raise UserError(
-            f"{path}: column {', '.join(duplicates)} occurs twice; expected only one column with "
-            "this name"
+            "{path}: column {duplicates} occurs twice; expected only one column with this name",
+            path=path,
+            duplicates=", ".join(duplicates),
         )
     if missing := [name for name in required if name not in names]:
         near = [
@@ -289,9 +292,14 @@ def check_names(names: Sequence[str], path: Path, required: Sequence[str]) -> No
         ]
         nearest = f"Nearest: {', '.join(near)}. " if near else ""
         raise UserError(
-            f"{path}: no column {', '.join(missing)}; found {_cut(names)}. {nearest}"
-            f"Expected at least {', '.join(required)}; name your own columns, for example: "
-            f"{_command(names, path)}"
+            "{path}: no column {missing}; found {columns}. {nearest}Expected at least "
+            "{required}; name your own columns, for example: {command}",
+            path=path,
+            missing=", ".join(missing),
+            columns=_cut(names),
+            nearest=nearest,
+            required=", ".join(required),
+            command=_command(names, path),
         )
 
 
@@ -343,7 +351,7 @@ def parse(
             dtype=dict.fromkeys([*words, *as_written], "str"),
         )
     except (pd.errors.ParserError, ValueError) as error:
-        raise UserError(f"{path}: not a readable table ({error})") from error
+        raise UserError("{path}: not a readable table ({error})", path=path, error=error) from error
     if columns:
         return frame[[name for name in columns if name in frame]]
     # PsychoPy ends each line with a comma, which creates a column without a name or values.

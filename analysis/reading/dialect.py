@@ -91,8 +91,11 @@ def decoded(content: bytes, path: Path) -> tuple[bytes, str]:
     line = content.count(b"\n", 0, start) + 1
     expected = "UTF-16" if encoding == "utf-16" else "UTF-8"
     raise UserError(
-        f"{path}: line {line} is not {expected} text; expected a text table "
-        "(from Excel: save as 'CSV UTF-8')"
+        "{path}: line {line} is not {expected} text; expected a text table (from Excel: save as"
+        " 'CSV UTF-8')",
+        path=path,
+        line=line,
+        expected=expected,
     )
 
 
@@ -138,15 +141,25 @@ def decimal_of(cells: Mapping[str, Mapping[str, int]], *, name: str) -> Decimal:
     if points and points == commas:
         (one, point), (two, comma) = example["."], example[","]
         raise UserError(
-            f"{name}: decimal points ('{point}' in column {one}) and decimal commas ('{comma}' in "
-            f"column {two}) are equally frequent; expected only one kind in the whole file"
+            "{name}: decimal points ('{point}' in column {one}) and decimal commas ('{comma}' "
+            "in column {two}) are equally frequent; expected only one kind in the whole file",
+            name=name,
+            point=point,
+            one=one,
+            comma=comma,
+            two=two,
         )
     if points == commas == 0 and either is not None:
         column, text = either
         plain, decimals = re.sub("[.,]", "", text), text.replace(",", ".")
         raise UserError(
-            f"{name}: column {column}: '{text}' could be {plain} or {decimals}, and no other "
+            "{name}: column {column}: '{text}' could be {plain} or {decimals}, and no other "
             "number in the file is unambiguous; write numbers without thousands separators, or "
-            "specify the decimal mark (--decimal)"
+            "specify the decimal mark (--decimal)",
+            name=name,
+            column=column,
+            text=text,
+            plain=plain,
+            decimals=decimals,
         )
     return "," if commas > points else "."

@@ -28,6 +28,7 @@ from slipscale.analysis.reading.dialect import decoded
 from slipscale.analysis.reading.trial_tables import set_aside
 from slipscale.experiments.dataset.schema import PARTICIPANT
 from slipscale.faults.toml_file import toml_table
+from slipscale.stimuli.level_names import is_level
 
 Entry = tuple[Path, re.Match[str]]
 Entries = Sequence[Entry]
@@ -100,13 +101,17 @@ IDENTITY_OF = {"sub": PARTICIPANT, "ses": "session", "task": "task", "run": "run
 
 
 def header_of(path: Path, *, foreign: bool = False) -> frozenset[str]:
-    """Return a table's column names, converted to the names in the code unless it is foreign."""
+    """Return a table's column names; unless it is foreign, as in the code.
+
+    A name that ends in the unit of the levels, such as a time in a study in s, is also returned
+    unchanged, because the name alone does not reveal whether the column contains levels.
+    """
     with path.open(encoding="utf-8-sig", errors="replace", newline="") as stream:
         names = next(csv.reader(stream, delimiter="\t"), [])
     if foreign:
         return frozenset(names)
     in_names = quantity_of(path).in_code
-    return frozenset(in_names[name] for name in names)
+    return frozenset(in_names[name] for name in names) | {n for n in names if not is_level(n)}
 
 
 def kind_of(task: str, path: Path, kinds: Sequence[TaskTrials]) -> TaskTrials | None:

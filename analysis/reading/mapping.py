@@ -338,7 +338,8 @@ def write_mapping(mapping: TableMapping, path: Path) -> Path:
     file = (path if path.is_dir() else path.parent) / NAME
     if file.exists() and beside(path) != mapping:
         raise UserError(
-            f"{file}: already exists with different content; remove it to save these options"
+            "{file}: already exists with different content; remove it to save these options",
+            file=file,
         )
     try:
         file.write_text(

@@ -57,8 +57,12 @@ def sidecars(
             versions = dict(own.get(VERSIONS) or {})
         except (ValueError, TypeError, AttributeError, RecursionError) as error:
             raise UserError(
-                f"{path}: the file is not a sidecar; expected a JSON object with an object "
-                f"'{SIDECAR}' that contains an object '{VERSIONS}' ({error})"
+                "{path}: the file is not a sidecar; expected a JSON object with an object "
+                "'{sidecar}' that contains an object '{versions}' ({error})",
+                path=path,
+                sidecar=SIDECAR,
+                versions=VERSIONS,
+                error=error,
             ) from error
         if mode := own.get(WHOSE):
             modes.append((str(mode), path))
@@ -91,8 +95,10 @@ def refuse_mixture(modes: Sequence[tuple[str, Path]], folder: Path) -> None:
             f"'{mode}' in {path.relative_to(folder)}" for mode, path in sorted(first.items())
         )
         raise UserError(
-            f"{folder}: pilot and participant records are mixed ({examples}); expected only one "
-            "kind; move the pilot's files to a separate folder"
+            "{folder}: pilot and participant records are mixed ({examples}); expected only one "
+            "kind; move the pilot's files to a separate folder",
+            folder=folder,
+            examples=examples,
         )
 
 
@@ -102,8 +108,13 @@ def one_quantity(tables: Sequence[Path], folder: Path) -> Quantity:
     if len(found) > 1:
         (one, first), (other, second) = list(found.items())[:2]
         raise UserError(
-            f"{folder}: {first.name} is in {one.unit_in_full} and {second.name} in "
-            f"{other.unit_in_full}; expected data in one quantity; analyse each quantity separately"
+            "{folder}: {first} is in {first_unit} and {second} in {second_unit}; expected data "
+            "in one quantity; analyse each quantity separately",
+            folder=folder,
+            first=first.name,
+            first_unit=one.unit_in_full,
+            second=second.name,
+            second_unit=other.unit_in_full,
         )
     return next(iter(found), PLATE_AMPLITUDE)
 
@@ -150,12 +161,14 @@ def choices(
     try:
         text = content.decode("utf-8-sig")
     except UnicodeDecodeError as error:
-        raise UserError(f"{path}: not a TOML file ({error})") from error
+        raise UserError("{path}: not a TOML file ({error})", path=path, error=error) from error
     given = toml_table(text, str(path)).get("analysis", {})
     try:
         choices = AnalysisChoices.model_validate(given)
     except ValidationError as error:
-        raise UserError(f"{path}: {faults_of(error, text, ('analysis',))}") from error
+        raise UserError(
+            "{path}: {faults}", path=path, faults=faults_of(error, text, ("analysis",))
+        ) from error
     table = given if isinstance(given, dict) else {}
     ran_with = details.get("study_hash", ())
     # Sessions hash the text, but editors and version control may change line endings.

@@ -49,8 +49,11 @@ def check_labels(labels: Sequence[str], column: str, file: str) -> list[str]:
     summaries = [label for label in labels if SUMMARIES.fullmatch(label)]
     if summaries:
         raise UserError(
-            f"{file}, column {column}: '{summaries[0]}' is probably a summary row and not a "
-            "participant; remove the row, or rename the participant"
+            "{file}, column {column}: '{example}' is probably a summary row and not a "
+            "participant; remove the row, or rename the participant",
+            file=file,
+            column=column,
+            example=summaries[0],
         )
     numbers: dict[str, str] = {}
     for label in labels:
@@ -58,8 +61,13 @@ def check_labels(labels: Sequence[str], column: str, file: str) -> list[str]:
             first = numbers.setdefault(found[1], label)
             if first != label:
                 raise UserError(
-                    f"{file}, column {column}: '{first}' and '{label}' represent the same number; "
-                    "write the label of each participant in the same way throughout the file"
+                    "{file}, column {column}: '{first}' and '{label}' represent the same "
+                    "number; write the label of each participant in the same way throughout the"
+                    " file",
+                    file=file,
+                    column=column,
+                    first=first,
+                    label=label,
                 )
     lower: dict[str, str] = {}
     return [

@@ -67,11 +67,13 @@ def split(content: bytes, path: Path, separator: str) -> Lines:
     first = 1 + len(text) - len(unpadded)
     header, _, body = unpadded.partition(NEWLINE)
     if not header.strip():
-        raise UserError(f"{path}: the file is empty; expected a header line and rows")
+        raise UserError("{path}: the file is empty; expected a header line and rows", path=path)
     if header.count(QUOTE) % 2:
         raise UserError(
-            f"{path}: line {first}, the header, has an unmatched quotation mark; expected a pair "
-            "around each quoted name"
+            "{path}: line {first}, the header, has an unmatched quotation mark; expected a pair"
+            " around each quoted name",
+            path=path,
+            first=first,
         )
     names = _names(header, separator)
     body = body.rstrip(NEWLINE)
@@ -96,12 +98,16 @@ def _checked(content: bytes, path: Path) -> bytes:
     except UnicodeDecodeError as error:
         line = content.count(NEWLINE, 0, error.start) + 1
         raise UserError(
-            f"{path}: line {line} is not UTF-8 text; expected a text table "
-            "(from Excel: save as 'CSV UTF-8')"
+            "{path}: line {line} is not UTF-8 text; expected a text table (from Excel: save as "
+            "'CSV UTF-8')",
+            path=path,
+            line=line,
         ) from error
     if b"\x00" in content:
         line = content.count(NEWLINE, 0, content.index(b"\x00")) + 1
-        raise UserError(f"{path}: line {line} contains a null byte; expected a text table")
+        raise UserError(
+            "{path}: line {line} contains a null byte; expected a text table", path=path, line=line
+        )
     return plain(content)
 
 
@@ -160,7 +166,12 @@ def _row_by_row(
             repeated.append(start)
             continue
         if len(row) != len(names):
-            raise UserError(f"{path}: line {start} {_miscounted(len(row), names, separator)}")
+            raise UserError(
+                "{path}: line {start} {reason}",
+                path=path,
+                start=start,
+                reason=_miscounted(len(row), names, separator),
+            )
         kept += lines[start - first - 1 : end - first]
         places.append(start)
     # Empty lines after the last row are not reported, because many editors add them.
@@ -198,8 +209,11 @@ def _rows(
             return
         except csv.Error as error:
             raise UserError(
-                f"{path}: line {first + start} has an unmatched quotation mark, or text after one "
-                f"({error}); expected a pair around each quoted cell"
+                "{path}: line {line} has an unmatched quotation mark, or text after one "
+                "({error}); expected a pair around each quoted cell",
+                path=path,
+                line=first + start,
+                error=error,
             ) from error
         end = reader.line_num
         yield first + start, first + end, row

@@ -32,8 +32,10 @@ def factor(given: str, wanted: str) -> float:
         if base in powers:
             return float(f"1e{powers[base] - power}")
     raise UserError(
-        f"unit '{given}' cannot be converted to {wanted}; expected the same unit "
-        "with another prefix, such as Pa for µPa, or a converted column"
+        "unit '{given}' cannot be converted to {wanted}; expected the same unit with another "
+        "prefix, such as Pa for µPa, or a converted column",
+        given=given,
+        wanted=wanted,
     )
 
 

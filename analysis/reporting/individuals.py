@@ -31,7 +31,7 @@ def individuals(prepared: Prepared | None, inference: Inference) -> pd.DataFrame
     Returns
     -------
     DataFrame
-        One row per participant. Columns: ``participant_id exponent estimate_at_1_um`` (the power
+        One row per participant. Columns: ``participant_id exponent estimate_at_1_level`` (the power
         function at 1 µm peak to peak), ``points`` (number of amplitudes fitted),
         ``growth_function`` (smallest AICc), ``exponent_bayesian`` with ``_low`` and ``_high``,
         ``hits changes false_alarms catches d_prime criterion``, and ``threshold_level`` with
@@ -42,7 +42,7 @@ def individuals(prepared: Prepared | None, inference: Inference) -> pd.DataFrame
         table = exponents(prepared.logs)
         table = table[table["exponent"].notna()]
         table.index = table.index.astype(str)
-        table.insert(1, "estimate_at_1_um", np.exp(table.pop("intercept")))
+        table.insert(1, "estimate_at_1_level", np.exp(table.pop("intercept")))
         growth = inference.found(GROWTH)
         if growth is not None and isinstance(growth.individual, IndividualGrowth):
             winners = growth.individual.participants

@@ -200,8 +200,11 @@ def choose(wanted: Sequence[str]) -> list[str]:
         if not matches:
             beginnings = dict.fromkeys(name.partition(".")[0] for name in known)
             raise UserError(
-                f"unknown item '{word}'; expected one of {', '.join(beginnings)}, or a complete "
-                f"name such as {known[0]}"
+                "unknown item '{word}'; expected one of {items}, or a complete name such as "
+                "{example}",
+                word=word,
+                items=", ".join(beginnings),
+                example=known[0],
             )
         chosen += [name for name in matches if name not in chosen]
     return chosen

@@ -194,7 +194,7 @@ def _whose(roster: Roster, wanted: str | None) -> tuple[str, Visit | None]:
 
     if roster.running:
         raise UserError(
-            "a session is running: {running_path}; end it first", running_path=roster.running.path
+            "a session is running: {journal}; end it first", journal=roster.running.path
         )
     if wanted is None and roster.new is None:
         back = ", ".join(person.label for person in roster.of("returns"))
@@ -203,7 +203,8 @@ def _whose(roster: Roster, wanted: str | None) -> tuple[str, Visit | None]:
             "participant: slipscale run --participant ...",
             planned=roster.planned,
             returning=Message(
-                "; participants due to return: {back} (slipscale next --participant ...)", back=back
+                "; participants due to return: {participants} (slipscale next --participant ...)",
+                participants=back,
             )
             if back
             else "",

@@ -144,10 +144,10 @@ def _lost(run: Run, entry: dict[str, object]) -> str:
         return ""
     if len(run.records) < count:
         return Message(
-            "the end of the journal is missing: it has {count} records, but had {count_2} "
+            "the end of the journal is missing: it has {count} records, but had {count_before} "
             "when its tables were made",
             count=len(run.records),
-            count_2=count,
+            count_before=count,
         )
     now = run.records[count - 1].hash
     if known and now and not run.damage and now != known:
@@ -163,11 +163,11 @@ def _loses(path: Path, new: str, *, damaged: bool) -> str:
     before, rows = _rows(path), _parse(new)
     if len(before) > len(rows):
         return Message(
-            "the table has {count} rows, but only {count_2} are in its journal; the table "
+            "the table has {in_table} rows, but only {in_journal} are in its journal; the table "
             "was left unchanged. Restore the journal, or delete the table and rebuild the "
             "data set",
-            count=len(before),
-            count_2=len(rows),
+            in_table=len(before),
+            in_journal=len(rows),
         )
     erased = sum(
         row.get(column) == MISSING and cell != MISSING

@@ -103,7 +103,7 @@ def decisions(path: Path) -> tuple[Decision, ...]:
             "{path}: cannot be read ({reason})", path=path, reason=error.strerror
         ) from None
     except ValidationError as error:
-        raise UserError("{path}: {in_words}", path=path, in_words=in_words(error)) from None
+        raise UserError("{path}: {faults}", path=path, faults=in_words(error)) from None
     if not found:
         raise UserError(
             "{path}: the file is empty; expected at least one decision, or no file", path=path

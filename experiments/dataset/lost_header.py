@@ -12,10 +12,11 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from slipscale.experiments.dataset.schema import SIDECAR, TABLE_NAME
+from slipscale.experiments.journal.header import level_columns
 from slipscale.experiments.journal.plan_and_progress import plan_from
 from slipscale.experiments.journal.record import Record
 from slipscale.experiments.journal.record_shapes import checked
-from slipscale.experiments.journal.serialisation import dialect
+from slipscale.experiments.journal.serialisation import LEVEL_COLUMNS, in_code
 from slipscale.experiments.protocol_parts.base import ORDER_VERSION
 from slipscale.experiments.study.file import study_hash
 from slipscale.experiments.study.run_plan import RunPlan, journal_path
@@ -27,9 +28,11 @@ def header_from_tables(dataset: Path, journal: Path) -> tuple[RunPlan, Record] |
     Return None if the run has no tables, or if their sidecars do not contain enough information.
     """
     for entries in _sidecars(dataset, journal):
-        record = Record(number=0, time_s=0.0, kind="header", data=entries)
+        record = Record(number=0, time_s=0.0, kind="header", data={**entries, LEVEL_COLUMNS: []})
         if not checked([record])[1]:
-            return plan_from(record), record
+            plan = plan_from(record)
+            record.data[LEVEL_COLUMNS] = level_columns(plan)
+            return plan, record
     return None
 
 
@@ -54,7 +57,7 @@ def _sidecars(dataset: Path, journal: Path) -> Iterator[dict[str, object]]:
             continue
         # Sidecars do not contain the order version, but only one version exists so far.
         orders = {"order_version": ORDER_VERSION}
-        entry = dialect(entry, lambda quantity: quantity.in_code)(entry)
+        entry = in_code(entry)(entry)
         yield {**entry, **labels, **orders, "study_name": name, "study_text": text}
 
 

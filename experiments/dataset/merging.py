@@ -137,11 +137,11 @@ def _contradictions(one: Path, other: Path) -> Iterator[str]:
     modes = {folder: mode_of(folder) for folder in (one, other)}
     if None not in modes.values() and modes[one] != modes[other]:
         yield Message(
-            "{one} contains {modes} data, but {other} contains {modes_2} data",
+            "{one} contains {mode} data, but {other} contains {other_mode} data",
             one=one,
-            modes=modes[one],
+            mode=modes[one],
             other=other,
-            modes_2=modes[other],
+            other_mode=modes[other],
         )
     for folder in (one, other):
         for problem in with_former(folder, read_runs(folder)[0]).problems:
@@ -162,11 +162,11 @@ def _contradictions(one: Path, other: Path) -> Iterator[str]:
     if names[0] and names[1] and not names[0] & names[1]:
         yield (
             Message(
-                "{one} contains study {listed}, but {other} contains study {listed_2}",
+                "{one} contains study {studies}, but {other} contains study {other_studies}",
                 one=one,
-                listed=_listed(names[0]),
+                studies=_listed(names[0]),
                 other=other,
-                listed_2=_listed(names[1]),
+                other_studies=_listed(names[1]),
             )
         )
     for name in sorted(names[0] & names[1]):

@@ -33,7 +33,7 @@ from slipscale.experiments.dataset.schema import (
 )
 from slipscale.experiments.dataset.tsv import cell, sidecar, table
 from slipscale.experiments.journal.plan_and_progress import software
-from slipscale.experiments.journal.serialisation import dialect
+from slipscale.experiments.journal.serialisation import in_file
 from slipscale.experiments.steps.questions import CONSENT
 from slipscale.experiments.study.file import study_hash
 from slipscale.faults.message import Message
@@ -164,7 +164,7 @@ def _run_files(
         "seed": plan.seed,
         "mode": plan.mode,
         "language": plan.language,
-        "texts_hash": first.get("texts_hash", MISSING),
+        "texts_hash": first["texts_hash"],
         "complete": run.complete,
         "answered_by": first["answered_by"],
         "masking_noise": first["masking_noise"],
@@ -199,10 +199,7 @@ def _run_files(
     ]
     yield (
         path.with_suffix(".json"),
-        {
-            SIDECAR: dialect(first, lambda quantity: quantity.in_file)(notes)
-            | ({"notes": remarks} if remarks else {})
-        },
+        {SIDECAR: in_file(first)(notes) | ({"notes": remarks} if remarks else {})},
     )
     for kind, content, told in series_of(records, protocol.task):
         name = f"{path.name.removesuffix('_beh')}_recording-{kind}_physio"
@@ -220,7 +217,7 @@ def _resumes(run: Run) -> list[dict[str, object]]:
                 name: record.data[name]
                 for name in ("plate_spec", "plate", "masking_noise", "software")
             },
-            "texts_hash": record.data.get("texts_hash", MISSING),
+            "texts_hash": record.data["texts_hash"],
             "contact": record.data.get("contact", MISSING),
         }
         for record in run.records

@@ -21,8 +21,6 @@ from slipscale.experiments.dataset.schema import (
 from slipscale.experiments.journal import reading
 from slipscale.experiments.journal.record import Record
 from slipscale.experiments.journal.serialisation import (
-    answer_from,
-    answer_record,
     surface_from,
     trial_from,
 )
@@ -157,8 +155,7 @@ def _answer(
     gathered: Gathered, row: TrialRecord | None, step: dict[str, Any], record: Record
 ) -> None:
     """Store an answer in its trial's row, or with the answers about the task or participant."""
-    made = answer_from(record.data["answer"])  # adds defaults for older journals
-    answer = answer_record(made) or {}
+    answer = record.data["answer"] or {}
     if row is not None:
         take = TAKERS.get(step["type"])
         if take:
@@ -176,7 +173,7 @@ def _take_again(row: TrialRecord, last: Steps, record: Record) -> None:
     if record.kind != "represented":
         return
     step = last.get(("Present", record.data.get("interval")))
-    answer = answer_record(answer_from(record.data.get("answer")))
+    answer = record.data.get("answer")
     if step and answer and step["trial"] and trial_from(step["trial"]) == row.trial:
         _take_presented(row, step, answer)
 

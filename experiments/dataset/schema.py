@@ -65,7 +65,7 @@ NOTES: Mapping[str, str] = {
         "language of the text shown to the participant; for languages that the study itself "
         "provides, see `code/`"
     ),
-    "texts_hash": "SHA-256 of all text that the participant could read; n/a for older journals",
+    "texts_hash": "SHA-256 of all text that the participant could read",
     "complete": "whether the run was completed",
     "answered_by": "who answered: person, simulated or scripted; the plate is a separate entry",
     "masking_noise": "on, or absent",
@@ -130,9 +130,9 @@ def columns(
     own = {**protocol.design, **protocol.stimulus, **protocol.response}
     if duplicates := sorted(set(own) & {*common, *MEASURED}):
         raise UserError(
-            "{named}: column {duplicates} is in every task's table; expected another name",
-            named=protocol.named,
-            duplicates=", ".join(duplicates),
+            "{protocol}: column {columns} is in every task's table; expected another name",
+            protocol=protocol.named,
+            columns=", ".join(duplicates),
         )
     if protocol.interval_columns:
         presented = [name for name in common if name.startswith(INTERVAL)]

@@ -123,7 +123,9 @@ def _row(
     elif right is None:
         what = Message("the row is not in the journal ({short})", short=_short(row))
     elif len(row) != len(right):
-        what = Message("{count} cells instead of {count_2}", count=len(row), count_2=len(right))
+        what = Message(
+            "{count} cells instead of {expected_count}", count=len(row), expected_count=len(right)
+        )
     else:
         for column, cell, wanted in zip(header, row, right, strict=True):
             if cell != wanted:

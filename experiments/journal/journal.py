@@ -39,7 +39,7 @@ from slipscale.experiments.journal import locks
 from slipscale.experiments.journal.keeper import Keeper, Mark
 from slipscale.experiments.journal.reading import read_records
 from slipscale.experiments.journal.record import Record, encode, sealed
-from slipscale.experiments.journal.serialisation import dialect
+from slipscale.experiments.journal.serialisation import in_file
 from slipscale.faults import UserError
 from slipscale.faults.message import Message
 from slipscale.hardware.clock import Clock
@@ -198,9 +198,7 @@ class Journal:
     def in_file(self, data: dict[str, Any]) -> dict[str, Any]:
         """Rename the keys of a record's data as in the file, whose header states the quantity."""
         if self._in_file is None:
-            self._in_file = dialect(
-                self.records[0].data if self.records else data, lambda quantity: quantity.in_file
-            )
+            self._in_file = in_file(self.records[0].data if self.records else data)
         return cast("dict[str, Any]", self._in_file(data))
 
     def wait_for(self, records: int) -> None:
@@ -239,10 +237,10 @@ class Journal:
     def _not_written(self, error: OSError) -> UserError:
         return UserError(
             "journal {path}: cannot write ({reason}); all responses before the last are on disk: "
-            "{get}, then slipscale resume",
+            "{remedy}, then slipscale resume",
             path=self.path,
             reason=error.strerror,
-            get=REMEDIES.get(error.errno or 0, CHECK_DISK),
+            remedy=REMEDIES.get(error.errno or 0, CHECK_DISK),
         )
 
     def _mark(self) -> Mark:

@@ -23,7 +23,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from slipscale.experiments.journal.record import FORMAT, Record, decode, follows
-from slipscale.experiments.journal.serialisation import dialect
+from slipscale.experiments.journal.serialisation import in_code
 from slipscale.faults import UserError
 from slipscale.faults.message import Message
 
@@ -129,7 +129,7 @@ def read_whole(
     reading.damage.sort(key=lambda damage: damage.line)
     if reading.records and reading.records[0].kind == "header":
         header = reading.records[0].data
-    named = dialect(header or {}, lambda quantity: quantity.in_code)
+    named = in_code(header or {})
     reading.records = [replace(each, data=named(each.data)) for each in reading.records]
     return reading
 

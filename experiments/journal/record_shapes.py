@@ -48,6 +48,8 @@ class _Header(_Shape):
     answered_by: str
     masking_noise: str
     study_hash: str
+    texts_hash: str
+    level_columns: list[str]
     plate_spec: str
     plate: Text
     software: Text
@@ -80,6 +82,7 @@ class _Resume(_Shape):
     plate_spec: str
     plate: Text
     masking_noise: str
+    texts_hash: str
     software: Text
 
 
@@ -165,7 +168,7 @@ class _LeadIn(_Shape):
 
 
 class _InInterval(_Step):
-    interval: Annotated[int, Field(ge=1)] | None = None
+    interval: Annotated[int, Field(ge=1)] | None
 
 
 class _Present(_InInterval):
@@ -180,7 +183,7 @@ class _Ask(_Step):
 
 class _Adjust(_InInterval):
     name: str
-    again: tuple[_LeadIn, Any] | None = None
+    again: tuple[_LeadIn, Any] | None
 
 
 # Required data, keyed by kind of record.
@@ -321,7 +324,7 @@ def _check_step(what: dict[str, Any]) -> None:
         _check_surface(what["surface"])
         for part in (what["lead_in"] or ())[:1]:
             _check_surface(part["surface"])
-    if what["type"] == "Adjust" and what.get("again") is not None:
+    if what["type"] == "Adjust" and what["again"] is not None:
         _check_surface(what["again"][0]["surface"])
 
 
@@ -348,7 +351,9 @@ def _fit_json(shape: Any, text: str) -> None:
     if not issubclass(shape, _Shape):
         data = json.loads(text)
         if other := set(data) - {f.name for f in fields(shape)}:
-            raise UserError("{name} has no {min}", name=shape.__name__, min=repr(min(other)[:40]))
+            raise UserError(
+                "{name} has no {entry}", name=shape.__name__, entry=repr(min(other)[:40])
+            )
     _adapter(shape).validate_json(text, strict=True)
 
 

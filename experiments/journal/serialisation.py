@@ -1,7 +1,8 @@
 """Convert steps and answers to plain data for the journal, and back.
 
-Data contain the names used in the code. `dialect` converts them to the names in journals, which
-contain the quantity and its unit, and back.
+Data contain the names used in the code. `in_file` converts the names of levels to those in
+journals, which contain the quantity and its unit, and `in_code` converts them back. Both convert
+only declared names: the fields of `STEPS` and `OF_PLATE_KINDS`, and the columns in the header.
 """
 
 from __future__ import annotations
@@ -9,19 +10,18 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import fields, is_dataclass
 from functools import cache, partial
-from typing import Any
+from types import MappingProxyType
+from typing import Any, NamedTuple
 
-from slipscale.experiments.steps import questions, replies, steps, trial
 from slipscale.experiments.steps.replies import Adjusted, Answer, Presented, Reply, Voided
-from slipscale.experiments.steps.steps import Step
+from slipscale.experiments.steps.steps import Adjust, Step
 from slipscale.experiments.steps.trial import Trial
-from slipscale.hardware.contact.source import QUANTITIES
-from slipscale.stimuli import modulation, textures
-from slipscale.stimuli.level_names import Names, is_level
+from slipscale.hardware.limits import PlateLimits
+from slipscale.stimuli.level_names import is_level
 from slipscale.stimuli.quantity import PLATE_AMPLITUDE, Quantity
 from slipscale.stimuli.quantity_table import QuantityTable
 from slipscale.stimuli.surface import Stimulus, VirtualSurface
-from slipscale.stimuli.textures import Texture, kind_in
+from slipscale.stimuli.textures import KINDS, Texture, kind_in
 from slipscale.stimuli.varied import Varied
 
 ANSWERS: dict[str, Callable[..., Answer]] = {
@@ -36,29 +36,19 @@ WORDS = ("text", "title", "question")
 # Header entries: the quantity of the levels unless it is amplitude in µm, and the quantity that the
 # plate produces if the levels are another parameter of the stimuli.
 QUANTITY, PLATE_QUANTITY = "quantity", "plate_quantity"
-# Entries whose levels are in the quantity that the plate produces.
+# Header entry: the columns of tasks that contain levels.
+LEVEL_COLUMNS = "level_columns"
+# Entries whose levels are in the quantity that the plate produces, and what they can contain.
 OF_PLATE = frozenset({"plate", "surface", "texture"})
+OF_PLATE_KINDS = (Presented, VirtualSurface, PlateLimits, *KINDS.values())
+# Steps and answers whose levels are in the study's quantity.
+STEPS = (Adjust, Adjusted)
+EMPTY: Mapping[str, str] = MappingProxyType({})
 
 
 def step_record(step: Step) -> dict[str, Any]:
-    """Return a step's type and fields as plain data, exactly as they are read from a journal.
-
-    A field that did not exist in earlier versions is omitted if it has its default value, so that
-    journals from earlier versions can be resumed.
-    """
-    record: dict[str, Any] = _plain(step)
-    for part in (record, *(record.get("lead_in") or ())):
-        if part.get("interval", 0) is None:
-            del part["interval"]
-    if record.get("by") == "participant":
-        del record["by"]
-    if record.get("played", 0) is None:
-        del record["played"]
-    if record.get("back") is False:
-        del record["back"]
-    if record.get("again", 0) is None:
-        del record["again"]
-    return {"type": type(step).__name__, **record}
+    """Return a step's type and fields as plain data, exactly as they are read from a journal."""
+    return {"type": type(step).__name__, **_plain(step)}
 
 
 def _plain(value: Any) -> Any:
@@ -69,21 +59,10 @@ def _plain(value: Any) -> Any:
     if kind in _WHOLE:
         return value
     if names := _names(kind):  # type: ignore[arg-type]  # mypy: no class is hashable
-        return {name: _plain(getattr(value, name)) for name in names if _told(value, name)}
+        return {name: _plain(getattr(value, name)) for name in names}
     if isinstance(value, Mapping):
         return {key: _plain(each) for key, each in value.items()}
     return [_plain(each) for each in value] if isinstance(value, tuple | list) else value
-
-
-def _told(value: Any, name: str) -> bool:
-    """Return whether to record a field; a field in ``LATER`` is omitted if it has its default."""
-    later = name in getattr(value, "LATER", ())
-    return not later or getattr(value, name) != _defaults(type(value))[name]  # type: ignore[arg-type]
-
-
-@cache
-def _defaults(kind: type) -> dict[str, Any]:
-    return {each.name: each.default for each in fields(kind)}
 
 
 @cache
@@ -92,39 +71,52 @@ def _names(kind: type) -> tuple[str, ...]:
     return tuple(each.name for each in fields(kind)) if is_dataclass(kind) else ()
 
 
-def dialect(header: Mapping[str, Any], names: Callable[[Quantity], Names]) -> Callable[[Any], Any]:
-    """Return the function that renames the keys of a journal's records.
+class Scope(NamedTuple):
+    """The names of levels that a part of a record can contain, and their new names.
+
+    Other names are never changed, although a time in a study in s may end like a level.
+    """
+
+    steps: Mapping[str, str]
+    plate: Mapping[str, str]
+    columns: Mapping[str, str]
+
+
+def in_file(header: Mapping[str, Any]) -> Callable[[Any], Any]:
+    """Return the function that gives the keys of a journal's records their names in files.
 
     Parameters
     ----------
     header : Mapping
-        Data of the journal's first record, which state the quantity of the levels and, if they are
-        a parameter of the stimuli, the quantity that the plate produces.
-    names : callable
-        Returns the names of a quantity, `Quantity.in_file` or `Quantity.in_code`.
+        Data of the journal's first record, which state the quantity of the levels, the quantity
+        that the plate produces if the levels are a parameter of the stimuli, and the columns of
+        tasks that contain levels.
     """
+    return partial(_renamed, scope=_scope(header))
+
+
+def in_code(header: Mapping[str, Any]) -> Callable[[Any], Any]:
+    """Return the function that gives the keys of a journal's records their names in the code."""
+    scope = _scope(header)
+    return partial(
+        _renamed, scope=Scope(*({new: old for old, new in part.items()} for part in scope))
+    )
+
+
+def _scope(header: Mapping[str, Any]) -> Scope:
+    """Return the names of levels in files, keyed by name in the code."""
     levels = _stated(header.get(QUANTITY), PLATE_AMPLITUDE)
     plate = _stated(header.get(PLATE_QUANTITY), levels)
-    return partial(_renamed, levels=_of_levels(names(levels)), plate=_of_levels(names(plate)))
-
-
-def _of_levels(names: Names) -> Names:
-    """Return names, except those of times and places, which levels in s or mm resemble."""
-    return Names(lambda name: name if name in _no_levels() else names[name])
+    columns = {levels.in_code[name]: name for name in header.get(LEVEL_COLUMNS, ())}
+    steps = {name: levels.in_file[name] for name in _level_fields(STEPS)}
+    of_plate = {name: plate.in_file[name] for name in _level_fields(OF_PLATE_KINDS)}
+    return Scope(steps, of_plate, columns)
 
 
 @cache
-def _no_levels() -> frozenset[str]:
-    """Return all names of fields in records that are not levels, and have a unit."""
-    kinds = (
-        each
-        for module in (modulation, questions, replies, steps, textures, trial)
-        for each in vars(module).values()
-        if is_dataclass(each)
-    )
-    names = {each.name for kind in kinds for each in fields(kind)}
-    names |= {"begun_s", "times_s"}.union(*QUANTITIES.values())
-    return frozenset(name for name in names if not is_level(name))
+def _level_fields(kinds: tuple[type, ...]) -> frozenset[str]:
+    """Return the names of the fields that contain levels."""
+    return frozenset(name for kind in kinds for name in _names(kind) if is_level(name))
 
 
 def _stated(table: object, default: Quantity) -> Quantity:
@@ -134,32 +126,34 @@ def _stated(table: object, default: Quantity) -> Quantity:
         return default
 
 
-def _renamed(data: Any, levels: Names, plate: Names) -> Any:
-    """Rename keys; those in `OF_PLATE` and in a `Presented` refer to the plate's quantity."""
+def _renamed(data: Any, scope: Scope, names: Mapping[str, str] = EMPTY) -> Any:
+    """Rename the levels in a record; ``names`` are those of the part that contains ``data``."""
     if isinstance(data, dict):
         kind = data.get("type")
-        names = plate if kind == Presented.__name__ else levels
+        if isinstance(kind, str):
+            names = scope.plate if kind == Presented.__name__ else scope.steps
         found = {
-            names[key]: _renamed(value, plate if key in OF_PLATE else names, plate)
+            names.get(key, key): _renamed(value, scope, _names_in(key, scope, names))
             for key, value in data.items()
         }
-        if kind == "Adjust" and isinstance(found.get("name"), str):
-            found["name"] = names[found["name"]]  # the name refers to a data set column
+        if kind == Adjust.__name__ and isinstance(found.get("name"), str):
+            found["name"] = scope.columns.get(found["name"], found["name"])
         return found
     if isinstance(data, list | tuple) and data and not isinstance(data[0], float | int | str):
-        return [_renamed(each, levels, plate) for each in data]
+        return [_renamed(each, scope, names) for each in data]
     return data
 
 
-def same_step(
-    one: dict[str, Any], other: dict[str, Any], in_file: Callable[[Any], Any] = dict
-) -> bool:
-    """Return whether two records describe the same step, ignoring displayed text.
+def _names_in(key: str, scope: Scope, names: Mapping[str, str]) -> Mapping[str, str]:
+    """Return the names of levels in an entry of a record."""
+    if key in OF_PLATE:
+        return scope.plate
+    return scope.columns if key == "factors" else names
 
-    A trial's factors may have the names in the study file or in the code; ``in_file`` gives both
-    the same name.
-    """
-    return bool(_without_words(in_file(one)) == _without_words(in_file(other)))
+
+def same_step(one: dict[str, Any], other: dict[str, Any]) -> bool:
+    """Return whether two records describe the same step, ignoring displayed text."""
+    return bool(_without_words(one) == _without_words(other))
 
 
 def _without_words(record: Any) -> Any:

@@ -15,15 +15,21 @@ from slipscale.experiments.journal.record import Record
 from slipscale.experiments.protocol_parts.base import TrialRecord
 from slipscale.experiments.steps.questions import CONSENT
 from slipscale.faults import UserError
+from slipscale.hardware.errors import visible_message
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Event:
-    """An event during a run: a fault, a pause, a voided trial, a note or a stop."""
+    """An event during a run: a fault, a pause, a voided trial, a note or a stop.
+
+    The ``words`` of a fault are its code, and ``detail`` is its message, which is empty if the
+    message may contain an amplitude.
+    """
 
     time_s: float
     kind: str
     words: str
+    detail: str = ""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -77,8 +83,7 @@ class RunSummary:
     consent: str = ""
 
 
-# Entry that describes the event, keyed by the kind of record. For a fault, this is only the code,
-# because the message may contain an amplitude.
+# Entry that describes the event, keyed by the kind of record.
 EVENTS = {"fault": "code", "void": "reason", "note": "text", "pause": "", "stop": "reason"}
 
 
@@ -104,7 +109,12 @@ def _summary(path: Path, _inode: int, _changed_ns: int, _size: int) -> RunSummar
         duration_s=elapsed_s(records),
         readings=tuple(_readings(records)),
         events=tuple(
-            Event(time_s=record.time_s, kind=record.kind, words=_words(record))
+            Event(
+                time_s=record.time_s,
+                kind=record.kind,
+                words=_words(record),
+                detail=visible_message(record.data) if record.kind == "fault" else "",
+            )
             for record in records
             if record.kind in EVENTS
         ),

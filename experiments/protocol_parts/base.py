@@ -398,7 +398,9 @@ class Protocol:
         )
         if faults := [expected for fault, expected in wrong if fault]:
             raise UserError(
-                "{named}: invalid declaration: {faults}", named=self.named, faults="; ".join(faults)
+                "{protocol}: invalid declaration: {faults}",
+                protocol=self.named,
+                faults="; ".join(faults),
             )
 
     @property
@@ -438,8 +440,8 @@ def protocol_texts(protocol: Protocol, language: str) -> Mapping[str, str]:
         return protocol.texts.get(ENGLISH) or next(iter(protocol.texts.values()))
     if protocol.texts and language not in protocol.texts:
         raise UserError(
-            "{named}: has no texts in '{language}', only in {texts}",
-            named=protocol.named,
+            "{protocol}: has no texts in '{language}', only in {texts}",
+            protocol=protocol.named,
             language=language,
             texts=", ".join(protocol.texts),
         )

@@ -37,8 +37,8 @@ def guarded(protocol: Protocol, point: EntryPoint) -> Protocol:
             number: object = watched(function, what)(*arguments)
             if not isinstance(number, int) or isinstance(number, bool):
                 raise UserError(
-                    "{named}: {what} returned {number}, expected a whole number",
-                    named=named,
+                    "{protocol}: {what} returned {number}, expected a whole number",
+                    protocol=named,
                     what=what,
                     number=repr(number),
                 )
@@ -100,15 +100,15 @@ def _cell(
 
 
 def _steps(protocol: Protocol, point: EntryPoint) -> Callable[[Any, Context], Steps]:
-    named = Message("{named}: its steps", named=protocol.named)
+    named = Message("{protocol}: its steps", protocol=protocol.named)
     make = protocol.steps
 
     def steps(options: Any, context: Context) -> Steps:
         own: object = called(point, lambda: make(options, context), named)
         if not isinstance(own, Generator):
             raise UserError(
-                "{named} are of type {name}, expected a generator",
-                named=named,
+                "{protocol} are of type {name}, expected a generator",
+                protocol=named,
                 name=type(own).__name__,
             )
         answer: Answer = None
@@ -118,8 +118,8 @@ def _steps(protocol: Protocol, point: EntryPoint) -> Callable[[Any, Context], St
                 return
             if not isinstance(step, STEPS):
                 raise UserError(
-                    "{named} contain an object of type {name}, expected one of {steps}",
-                    named=named,
+                    "{protocol} contain an object of type {name}, expected one of {steps}",
+                    protocol=named,
                     name=type(step).__name__,
                     steps=", ".join(kind.__name__ for kind in STEPS),
                 )

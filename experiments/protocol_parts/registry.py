@@ -37,8 +37,8 @@ def load_protocol(name: str) -> Protocol:
     loaded: object = called(point, point.load, named)
     if not isinstance(loaded, Protocol):
         raise UserError(
-            "{named}: its entry point is {loaded}, expected a Protocol",
-            named=named,
+            "{protocol}: its entry point is {loaded}, expected a Protocol",
+            protocol=named,
             loaded=repr(loaded),
         )
     if package == OURS:
@@ -46,9 +46,9 @@ def load_protocol(name: str) -> Protocol:
     for language, texts in loaded.texts.items():
         if foreign := [key for key in texts if not key.startswith(f"{name}.")]:
             raise UserError(
-                "{named}: its {language} text '{foreign}' could replace another protocol's text; "
-                "expected a key that begins with '{name}.'",
-                named=named,
+                "{protocol}: its {language} text '{foreign}' could replace another protocol's "
+                "text; expected a key that begins with '{name}.'",
+                protocol=named,
                 language=language,
                 foreign=foreign[0],
                 name=name,

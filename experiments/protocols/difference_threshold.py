@@ -58,8 +58,8 @@ def check(options: DifferenceThreshold, context: Context) -> None:
     q = context.quantity
     if options.compared_level(options.highest_level) < 0:
         raise UserError(
-            "{named} is {highest_level:g}, but must be at most the standard ({standard_level})",
-            named=q.named("highest_level"),
+            "{key} is {highest_level:g}, but must be at most the standard ({standard_level})",
+            key=q.named("highest_level"),
             highest_level=options.highest_level,
             standard_level=q.short(options.standard_level),
         )

@@ -58,8 +58,8 @@ def check(_options: Identification, context: Context) -> None:
     if not FEWEST <= (levels := len(context.levels)) <= NUMBER_KEYS:
         q = context.quantity
         raise UserError(
-            "identification: {named} has {levels}, expected {fewest} to {number_keys}",
-            named=q.named("levels"),
+            "identification: {key} has {levels}, expected {fewest} to {number_keys}",
+            key=q.named("levels"),
             levels=levels,
             fewest=FEWEST,
             number_keys=NUMBER_KEYS,

@@ -87,10 +87,10 @@ def check(options: Limits, context: Context) -> None:
     q, count, needed = context.quantity, len(options.each_level), options.start_steps + PAIR
     if count < needed:
         raise UserError(
-            "{named} to {named_2} has {count} levels; expected at least start_steps + {pair}, "
-            "which is {needed}",
-            named=q.named("lowest_level"),
-            named_2=q.named("highest_level"),
+            "{lowest_key} to {highest_key} has {count} levels; expected at least start_steps + "
+            "{pair}, which is {needed}",
+            lowest_key=q.named("lowest_level"),
+            highest_key=q.named("highest_level"),
             count=count,
             pair=PAIR,
             needed=needed,

@@ -88,19 +88,19 @@ def check(options: MagnitudeProduction, context: Context) -> None:
     low, high, q = options.lowest_level, options.highest_level, context.quantity
     if not low < options.standard_level < high:
         raise UserError(
-            "the standard is {standard_level}, but must be between {named} and {named_2} "
+            "the standard is {standard_level}, but must be between {lowest_key} and {highest_key} "
             "({low:g} to {high:g}), so that participants can set levels below and above the "
             "standard",
             standard_level=q.short(options.standard_level),
-            named=q.named("lowest_level"),
-            named_2=q.named("highest_level"),
+            lowest_key=q.named("lowest_level"),
+            highest_key=q.named("highest_level"),
             low=low,
             high=high,
         )
     if options.step_level > (high - low) / 2:
         raise UserError(
-            "{named} is {step_level:g}; expected at most half of the adjustment range ({high})",
-            named=q.named("step_level"),
+            "{key} is {step_level:g}; expected at most half of the adjustment range ({high})",
+            key=q.named("step_level"),
             step_level=options.step_level,
             high=q.short((high - low) / 2),
         )

@@ -102,11 +102,11 @@ def check(options: Matching, context: Context) -> None:
     q = context.quantity
     if options.furthest_start_level < options.nearest_start_level:
         raise UserError(
-            "{named} is {furthest_start_level:g}, expected at least {named_2} "
+            "{furthest_key} is {furthest_start_level:g}, expected at least {nearest_key} "
             "({nearest_start_level:g})",
-            named=q.named("furthest_start_level"),
+            furthest_key=q.named("furthest_start_level"),
             furthest_start_level=options.furthest_start_level,
-            named_2=q.named("nearest_start_level"),
+            nearest_key=q.named("nearest_start_level"),
             nearest_start_level=options.nearest_start_level,
         )
     for reference in options.references(context):

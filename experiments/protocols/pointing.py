@@ -144,10 +144,10 @@ def check(options: Pointing, context: Context) -> None:
     widest_mm = max(options.widths_mm)
     if widest_mm > min(options.distances_mm):
         raise UserError(
-            "pointing: a target {widest_mm:g} mm wide overlaps the start, which is {min:g} mm "
-            "away; expected widths up to the smallest distance",
+            "pointing: a target {widest_mm:g} mm wide overlaps the start, which is "
+            "{nearest_mm:g} mm away; expected widths up to the smallest distance",
             widest_mm=widest_mm,
-            min=min(options.distances_mm),
+            nearest_mm=min(options.distances_mm),
         )
     room = (HALF_WIDTH if options.dimensions == 1 else HALF_HEIGHT) * options.screen_height_mm
     farthest_mm = _radius_mm(options, max(options.distances_mm)) + widest_mm / 2
@@ -168,10 +168,10 @@ def check(options: Pointing, context: Context) -> None:
             )
         if options.target_level == options.ground_level:
             raise UserError(
-                "pointing: {named} equals {named_2}; feedback on the target requires two "
+                "pointing: {target_key} equals {ground_key}; feedback on the target requires two "
                 "different levels",
-                named=context.quantity.named("target_level"),
-                named_2=context.quantity.named("ground_level"),
+                target_key=context.quantity.named("target_level"),
+                ground_key=context.quantity.named("ground_level"),
             )
 
 

@@ -82,7 +82,9 @@ class VisualAnalogueScale(RatedOptions):
             raise ValueError(
                 "expected a number that divides 100 without a remainder, such as 0.5, 1 or 5"
                 if info.field_name == "resolution"
-                else Message("expected a multiple of the resolution ({whole:g})", whole=whole)
+                else Message(
+                    "expected a multiple of the resolution ({resolution:g})", resolution=whole
+                )
             )
         return value
 

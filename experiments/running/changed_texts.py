@@ -16,8 +16,7 @@ from slipscale.faults import UserError
 def changed_texts(plan: RunPlan, records: list[Record]) -> Iterator[str]:
     """Describe how the text shown to participants has changed since the run began."""
     texts = plan.texts()
-    began = records[0].data.get("texts_hash")
-    if began and began != texts_hash(texts):
+    if records[0].data["texts_hash"] != texts_hash(texts):
         yield (
             "some texts on the screen differ from those at the start of the run, because the "
             "Slipscale version differs; the journal records this"

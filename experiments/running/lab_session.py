@@ -206,9 +206,9 @@ def go_on(path: Path, setting: Setting) -> RunOutcome:
     if plan.mode == "participant" and is_mock(setting.plate):
         raise UserError(
             "--plate {plate}: a participant's run cannot be resumed with a simulated plate, "
-            "which the participant cannot feel; the run used {last_plate}",
+            "which the participant cannot feel; the run used {used_plate}",
             plate=setting.plate,
-            last_plate=last_plate(records),
+            used_plate=last_plate(records),
         )
     # Session time is measured from the start of the run, including the interruption.
     clock = SystemClock(max(_since_s(records[0].data["started_utc"]), latest_s(records)))

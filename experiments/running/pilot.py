@@ -239,15 +239,9 @@ def run_simulated(
     plan = replace(plan, population=population.model_dump_json())
     clock = VirtualClock()
     if holds_records(path):
-        begun, records = read_plan(path)
+        _, records = read_plan(path)
         if is_complete(records) or gave_up(records):
             return
-        if not begun.population:
-            raise UserError(
-                "journal {path}: its simulated people are from an earlier version of Slipscale "
-                "and no longer available; start the pilot again in another folder",
-                path=path,
-            )
         clock = VirtualClock(elapsed_s(records))
         opened = Journal.reopen(path, clock, synced=synced)
     else:

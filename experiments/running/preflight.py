@@ -149,11 +149,11 @@ def check_folder(planned: PlannedSession) -> Finding:
             detail=(
                 Message(
                     "{folder}: {free_mb} MB are reported as free, but writing {enough_mb} MB "
-                    "failed ({full})",
+                    "failed ({reason})",
                     folder=folder,
                     free_mb=free_mb,
                     enough_mb=ENOUGH_MB,
-                    full=full,
+                    reason=full,
                 )
             ),
             remedy="ask for a higher quota or file-size limit, or choose another disk",
@@ -350,16 +350,16 @@ def check_display(planned: PlannedSession) -> Finding:
         return Finding(
             passed=False,
             detail=Message(
-                "screen {screen}, {size}: the window has no keyboard focus",
+                "screen {screen}, {pixels}: the window has no keyboard focus",
                 screen=planned.screen,
-                size=size,
+                pixels=size,
             ),
             remedy=(
                 "close any window that covers the participant's screen, then click on the "
                 "screen once"
             ),
         )
-    seen = Message("screen {screen}, {size}, keyboard focus", screen=planned.screen, size=size)
+    seen = Message("screen {screen}, {pixels}, keyboard focus", screen=planned.screen, pixels=size)
     if not stamped:
         return Finding(
             passed=None,

@@ -174,7 +174,7 @@ def check_unfinished(journal: Path, records: list[Record]) -> None:
 
 def how_to_resume(journal: Path) -> str:
     """Return a sentence that explains how to resume a run."""
-    return Message("To continue: slipscale resume {quote}", quote=shlex.quote(str(journal)))
+    return Message("To continue: slipscale resume {journal}", journal=shlex.quote(str(journal)))
 
 
 def not_built(fault: UserError, dataset: Path, journal: Journal) -> str:

@@ -230,7 +230,8 @@ def balance(name: str, study: Study, text: str) -> list[str]:
         if isinstance(options, MagnitudeEstimation | VisualAnalogueScale):
             surfaces = [_name(surface) for surface in plans[0].context().surfaces]
             runs = [_main_blocks(plan, protocol.task) for plan in plans]
-            lines.append(f"{protocol.task}, {order_balance(options, surfaces, runs)}")
+            balanced = order_balance(options, surfaces, runs)
+            lines.append(Message("{task}, {balance}", task=protocol.task, balance=balanced))
     if study.task_order == "counterbalanced" and len(study.tasks) > 1:
         lines.append(task_balance(plan.tasks()[0][0].task for plan in plans))
     return lines

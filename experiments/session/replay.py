@@ -47,7 +47,7 @@ def replay(step: Step, past: Past, journal: Journal, surface: SurfaceState) -> A
     UserError
         If the step differs from the recorded step.
     """
-    if not same_step(past.begun.data["what"], step_record(step), journal.in_file):
+    if not same_step(past.begun.data["what"], step_record(step)):
         raise UserError(
             "journal {journal_path}, line {done_number}: the protocol's next step differs from "
             "the recorded step; resume with the version of Slipscale that began the run (the "

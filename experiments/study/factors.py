@@ -214,7 +214,6 @@ def crossed(
     factors: Sequence[Factor],
     *,
     plate: Quantity,
-    quantity: Quantity,
     language: str,
     second: SecondPlate | None = None,
 ) -> Protocol:
@@ -251,7 +250,7 @@ def crossed(
         trials=lambda options, context: times(protocol.trials(options, context)),
         most_trials=lambda options, context: times(protocol.most(options, context)),
         design={
-            **{each.name: _column(each, plate, second, quantity) for each in factors},
+            **{each.name: _column(each, plate, second) for each in factors},
             **protocol.design,
         },
     )
@@ -274,21 +273,14 @@ def _instruction(factor: Factor, level: Value, language: str) -> str:
     return texts.get(factor_level(level), "")
 
 
-def _column(
-    factor: Factor, plate: Quantity, second: SecondPlate | None, levels: Quantity
-) -> Column:
+def _column(factor: Factor, plate: Quantity, second: SecondPlate | None) -> Column:
     field = field_of(factor.name, plate, PARAMETERS)
     quantity = PARAMETERS[field].parameter.quantity(plate) if field else None
     if second and factor.name == second.factor:
         quantity = second.quantity.quantity
     words = [each for each in factor.levels if isinstance(each, str)]
-    read_as = levels.in_code[factor.name]  # in trials that were read from a journal
     return Column(
-        value=lambda record: next(
-            record.trial.factors[name]
-            for name in (factor.name, read_as)
-            if name in record.trial.factors
-        ),
+        value=lambda record: record.trial.factors[factor.name],
         kind="label" if words else "number",
         description=factor.description or (quantity.in_full_title if quantity else "Factor"),
         units=quantity.bids if quantity else "",

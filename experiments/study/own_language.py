@@ -112,10 +112,10 @@ def with_own_language(text: str, source: str, *, absent: bool = False) -> str:
         tomllib.loads(whole)
     except tomllib.TOMLDecodeError:
         raise UserError(
-            "{source}: [texts] cannot be combined with the texts of {named}; expected tables "
+            "{source}: [texts] cannot be combined with the texts of {languages}; expected tables "
             "such as [texts.en.session], not texts = {{...}}",
             source=source,
-            named=", ".join(named),
+            languages=", ".join(named),
         ) from None
     return whole
 
@@ -194,10 +194,10 @@ def _faults(study: Study, language: str, own: Texts, source: str) -> Iterator[tu
             "",
             (
                 Message(
-                    "{count} texts are missing: {named}{more}; {remedy}, including the existing "
+                    "{count} texts are missing: {keys}{more}; {remedy}, including the existing "
                     "ones",
                     count=len(lacking),
-                    named=named,
+                    keys=named,
                     more=more,
                     remedy=remedy,
                 )

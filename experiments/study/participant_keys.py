@@ -52,9 +52,7 @@ class ParticipantKeys(FrozenTable):
     @classmethod
     def _a_key(cls, value: str) -> str:
         if value not in NAMED and not _is_character(value):
-            raise ValueError(
-                Message("expected {named}, or one character", named=" or ".join(NAMED))
-            )
+            raise ValueError(Message("expected {keys}, or one character", keys=" or ".join(NAMED)))
         return value
 
     @model_validator(mode="after")

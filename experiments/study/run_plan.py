@@ -37,25 +37,16 @@ Mode = Literal["participant", "pilot"]
 
 
 JOURNAL_NAME = re.compile(
-    r"sub-(?P<participant>[A-Za-z0-9]+)(_ses-(?P<session>[A-Za-z0-9]+))?_run-(?P<run>[A-Za-z0-9]+)"
+    r"sub-(?P<participant>[A-Za-z0-9]+)(_ses-(?P<session>[A-Za-z0-9]+))?_run-(?P<run>[0-9]+)"
     r"_journal\.jsonl"
 )
 
 
 def check_labels(*, participant: str, session: str, run: str) -> None:
-    """Raise `UserError` unless the labels are valid for a new run; ``session`` may be empty.
-
-    In BIDS, runs are numbers. Journals of earlier versions may have other labels, which
-    `check_file_labels` accepts.
-    """
-    check_file_labels(participant=participant, session=session, run=run)
+    """Raise `UserError` unless BIDS allows the labels; ``session`` may be empty."""
     if not re.fullmatch(r"[0-9]+", run):
         raise UserError("--run '{run}': expected a number, such as 01", run=run)
-
-
-def check_file_labels(*, participant: str, session: str, run: str) -> None:
-    """Raise `UserError` unless the labels can be used in file names; ``session`` may be empty."""
-    for name, value in (("participant", participant), ("run", run), ("session", session)):
+    for name, value in (("participant", participant), ("session", session)):
         if not re.fullmatch(r"[A-Za-z0-9]+", value) and (value or name != "session"):
             raise UserError(
                 "--{name} '{value}': expected letters and digits only, such as 01 (never a "
@@ -122,13 +113,13 @@ class RunPlan:
         if self.order_version != ORDER_VERSION:
             raise UserError(
                 "this run has orders of version {order_version}, but this Slipscale generates "
-                "version {order_version_2}; resume with the release that began the run",
+                "version {own_version}; resume with the release that began the run",
                 order_version=self.order_version,
-                order_version_2=ORDER_VERSION,
+                own_version=ORDER_VERSION,
             )
         if self.seed < 0:
             raise UserError("--seed {seed}: expected 0 or more", seed=self.seed)
-        check_file_labels(participant=self.participant, session=self.session, run=self.run)
+        check_labels(participant=self.participant, session=self.session, run=self.run)
 
     @property
     def study(self) -> Study:
@@ -241,7 +232,6 @@ class RunPlan:
                     load_protocol(options.protocol).for_task(options),
                     study.factors,
                     plate=study.plate_quantity,
-                    quantity=study.quantity,
                     language=self.language,
                     second=study.second_plate,
                 ),

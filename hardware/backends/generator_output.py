@@ -80,19 +80,19 @@ class GeneratorOutput:
         fields = self.line.ask("*IDN?").split(",")
         if len(fields) != len(PlateIdentity.__slots__):
             raise WrongDevice(
-                "{resource}: the device '{fields}' is not a generator",
+                "{resource}: the device '{identity}' is not a generator",
                 resource=resource,
-                fields=",".join(fields),
+                identity=",".join(fields),
                 level_free=False,
             )
         found = self._chosen or dialect_of(fields[0], fields[1])
         if found is None:
             raise WrongDevice(
-                "{resource}: '{fields} {fields_2}' is not a known generator; use dialect=... "
+                "{resource}: '{manufacturer} {model}' is not a known generator; use dialect=... "
                 "with one of: {dialects}",
                 resource=resource,
-                fields=fields[0],
-                fields_2=fields[1],
+                manufacturer=fields[0],
+                model=fields[1],
                 dialects=", ".join(DIALECTS),
             )
         self.dialect, self.range = found, found.range_of(fields[1])
@@ -127,13 +127,13 @@ class GeneratorOutput:
         value = self._ask(setting.item)
         if not setting.holds(value):
             raise PlateRefused(
-                "{resource}: {command} returns {value}, but {setting_value} was set; the "
+                "{resource}: {command} returns {value}, but {set_value} was set; the "
                 "generator was reset, was changed at its front panel, or does not keep the "
                 "setting",
                 resource=self.line.resource,
                 command=self._command(setting.item.ask),
                 value=value,
-                setting_value=setting.value,
+                set_value=setting.value,
             )
 
     def switch_on(self) -> None:

@@ -83,7 +83,7 @@ class PlatePair(PlateDriver):
     def _check_identity(self, _identity: PlateIdentity) -> tuple[str, ...]:
         return (
             *self.first.notes,
-            *(Message("second actuator: {each}", each=each) for each in self.second.notes),
+            *(Message("second actuator: {fault}", fault=each) for each in self.second.notes),
         )
 
     def _vibrates(self, level: float) -> bool:
@@ -155,10 +155,10 @@ def pair_of(spec: str) -> tuple[str, str]:
     specs = parts(spec)
     if len(specs) != 2 or not all(specs):  # noqa: PLR2004 - a pair
         raise UserError(
-            "plate '{spec}': expected two SPECs separated by {split}, such as "
-            "pair:serial:PORT{split}daq:CHANNEL",
+            "plate '{spec}': expected two SPECs separated by {separator}, such as "
+            "pair:serial:PORT{separator}daq:CHANNEL",
             spec=spec,
-            split=SPLIT,
+            separator=SPLIT,
         )
     return specs[0], specs[1]
 

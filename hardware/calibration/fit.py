@@ -75,9 +75,10 @@ def fit_resonance(points: Sequence[Point]) -> Peak:
     inside = frequency_hz.min() < resonance_hz < frequency_hz.max()
     if not (inside and height > 0 and np.all(np.isfinite(covariance))):
         raise UserError(
-            "frequency sweep: no peak between {min:g} and {max:g} Hz; sweep around the resonance",
-            min=frequency_hz.min(),
-            max=frequency_hz.max(),
+            "frequency sweep: no peak between {lowest_hz:g} and {highest_hz:g} Hz; sweep around"
+            " the resonance",
+            lowest_hz=frequency_hz.min(),
+            highest_hz=frequency_hz.max(),
         )
     explained = 1 - np.var(per_volt - response(frequency_hz, *best)) / np.var(per_volt)
     if explained < EXPLAINED_MIN:

@@ -26,7 +26,8 @@ def typed(question: str, alive: Callable[[], object]) -> str:
     Exception
         Any exception that ``alive`` raises, without waiting for the answer.
     """
-    print(question, end="", flush=True)
+    # A terminal shows the answer and its line feed; the output of other programs needs one.
+    print(question, end="" if sys.stdin.isatty() else "\n", flush=True)
     try:
         descriptor = sys.stdin.fileno()
     except (io.UnsupportedOperation, ValueError):  # Input that is not a file does not block.

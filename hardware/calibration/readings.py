@@ -205,10 +205,10 @@ def read_points(path: Path, *, mm_s_per_v: float | None = None) -> tuple[Point, 
     quantities = [each for each in QUANTITIES if each in columns]
     if len(quantities) != 1:
         raise UserError(
-            "--csv {path}: expected one of the columns {quantities}, got {quantities_2}",
+            "--csv {path}: expected one of the columns {quantities}, got {found}",
             path=path,
             quantities=", ".join(QUANTITIES),
-            quantities_2=" and ".join(quantities) or "none of them",
+            found=" and ".join(quantities) or "none of them",
         )
     return tuple(
         _point(row, quantities[0], f"--csv {path}, line {line}", path.parent, mm_s_per_v)
@@ -231,7 +231,7 @@ def _point(
         )
         return Point.model_validate({**values, "amplitude_um_pp": QUANTITIES[column](reading)})
     except ValidationError as error:
-        raise UserError("{where}: {in_words}", where=where, in_words=in_words(error)) from error
+        raise UserError("{where}: {faults}", where=where, faults=in_words(error)) from error
     except ValueError as error:
         raise UserError(
             "{where}: {column} is {error}", where=where, column=column, error=error

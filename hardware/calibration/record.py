@@ -172,10 +172,10 @@ class Calibration(FrozenTable):
                 raise ValueError(
                     Message(
                         "the readings of the {sweep} sweep differ by {misfit:.0%} from the "
-                        "fitted resonance and gain, expected at most {misfit_2:.0%}",
+                        "fitted resonance and gain, expected at most {largest_misfit:.0%}",
                         sweep=readings[0].sweep,
                         misfit=misfit,
-                        misfit_2=MISFIT,
+                        largest_misfit=MISFIT,
                     )
                 )
         return self

@@ -135,7 +135,7 @@ def calibration_from(
             points=tuple(points),
         )
     except ValidationError as error:
-        raise UserError("calibration: {in_words}", in_words=in_words(error)) from error
+        raise UserError("calibration: {faults}", faults=in_words(error)) from error
     if faults := unsound(calibration):
         raise UserError("calibration: {faults}", faults="; ".join(faults))
     return calibration

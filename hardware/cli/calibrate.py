@@ -146,6 +146,7 @@ def add_arguments(parser: ArgumentParser) -> None:
         help="print each reading (Hz, V, µm peak to peak) as a line to standard error; with "
         "--prompt, also print each question (Hz, V, question mark)",
     )
+    parser.add_argument("--json", action="store_true", help="print the result as a line of JSON")
     parser.set_defaults(of_folder=without_calibration)
 
 
@@ -165,6 +166,7 @@ def run(arguments: Namespace) -> int:
     from slipscale.hardware.calibration.plot import draw
     from slipscale.hardware.calibration.readings import read_points
     from slipscale.hardware.calibration.record import DriveChain, Provenance, write_calibration
+    from slipscale.hardware.calibration.result import result_of
     from slipscale.hardware.calibration.sweep import SweepPlan, calibration_from
 
     if not arguments.measure_only:
@@ -207,17 +209,13 @@ def run(arguments: Namespace) -> int:
         raise UserError(
             "--out {out}: {reason}", out=arguments.out, reason=error.strerror
         ) from error
-    written = "nothing" if arguments.measure_only else f"{arguments.out} and {picture}"
-    resonance, gain = calibration.resonance, calibration.gain
-    print(
-        f"resonance  {resonance.frequency_hz:.1f} ± {resonance.frequency_ci95_hz:.1f} Hz\n"
-        f"Q          {resonance.quality_factor:.1f} ± {resonance.quality_factor_ci95:.1f}\n"
-        f"gain       {gain.um_pp_per_v:.5f} ± {gain.um_pp_per_v_ci95:.5f} µm p-p per "
-        f"{calibration.drive.voltage_convention}\n"
-        f"range      0 to {gain.amplitude_max_um_pp:.3f} µm p-p "
-        f"({gain.voltage_max_v:g} {calibration.drive.voltage_convention})\n"
-        f"wrote      {written}"
-    )
+    result = result_of(calibration, None if arguments.measure_only else arguments.out)
+    if arguments.json:
+        print(result.model_dump_json())
+    else:
+        written = f"{arguments.out} and {picture}" if result.file else "nothing"
+        for name, fact in {**result.facts, "wrote": written}.items():
+            print(f"{name:<10} {fact}")
     return DONE
 
 
@@ -246,14 +244,14 @@ def _check_out(path: Path) -> None:
     for each in (path, path.with_suffix(".png")):
         if each.exists():
             raise UserError(
-                "--out {path}: {each_name} already exists, and data may depend on it; expected "
+                "--out {path}: {file} already exists, and data may depend on it; expected "
                 "the name of a new file",
                 path=path,
-                each_name=each.name,
+                file=each.name,
             )
     if not (path.parent.is_dir() and os.access(path.parent, os.W_OK)):
         raise UserError(
-            "--out {path}: expected a writable folder, got {parent}", path=path, parent=path.parent
+            "--out {path}: expected a writable folder, got {folder}", path=path, folder=path.parent
         )
 
 
@@ -271,12 +269,12 @@ def _agreed_gain(plate: PlateDriver, given: float | None) -> float:
     """Return the driver's gain; raise `UserError` if ``given`` differs from it."""
     if given is not None and not math.isclose(given, plate.amplifier_gain):
         raise UserError(
-            "--amplifier-gain {given:g}: plate '{plate_name}' has a gain of {amplifier_gain:g}; "
+            "--amplifier-gain {stated_gain:g}: plate '{plate_name}' has a gain of {plate_gain:g}; "
             "set the gain only in the plate's SPEC (scpi:RESOURCE,gain=...); the calibration "
             "file uses the same gain",
-            given=given,
+            stated_gain=given,
             plate_name=plate.name,
-            amplifier_gain=plate.amplifier_gain,
+            plate_gain=plate.amplifier_gain,
         )
     return plate.amplifier_gain
 
@@ -286,10 +284,10 @@ def _plate_serial(plate: PlateDriver, given: str) -> str:
     filed = plate.plate_file.identity.serial if plate.plate_file else ""
     if given and filed and given != filed:
         raise UserError(
-            "--plate-serial {given}: the plate file has serial number '{filed}'; correct one of "
-            "them",
-            given=given,
-            filed=filed,
+            "--plate-serial {serial}: the plate file has serial number '{filed_serial}'; "
+            "correct one of them",
+            serial=given,
+            filed_serial=filed,
         )
     return given or filed
 

@@ -100,7 +100,11 @@ def _chosen(brief: Brief, found: Design, plate: str) -> Candidate | DrawnPlate:
     known: dict[str, Candidate | DrawnPlate] = {_name(each): each for each in found.candidates}
     known |= {each.name: each for each in brief.plate}
     if plate not in known:
-        raise UserError(f"--fe {plate}: expected one of the plates listed: {', '.join(known)}")
+        raise UserError(
+            "--fe {plate}: expected one of the plates listed: {known}",
+            plate=plate,
+            known=", ".join(known),
+        )
     return known[plate]
 
 
@@ -288,7 +292,9 @@ def _write(out: Path, brief: Brief, result: dict[str, Any], modes: Any) -> None:
             for suffix in ("svg", "png"):
                 save(figure, out / f"{name}.{suffix}")
     except OSError as error:
-        raise UserError(f"--out {out}: cannot be written: {error.strerror}") from error
+        raise UserError(
+            "--out {out}: cannot be written: {reason}", out=out, reason=error.strerror
+        ) from error
 
 
 COMMANDS = {"design": (add_arguments, run)}

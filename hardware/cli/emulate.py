@@ -200,12 +200,12 @@ def _orders(arguments: Namespace) -> list[Injection]:
     try:
         orders = [each for text in arguments.fault for each in parse(text)]
     except ValueError as error:
-        raise UserError(f"--fault: {error}") from None
+        raise UserError("--fault: {error}", error=error) from None
     only_emulated = {each.fault for each in orders} & set(EMULATED_ONLY)
     if arguments.firmware and only_emulated:
         raise UserError(
-            f"--fault: {', '.join(sorted(only_emulated))}: the reference firmware has "
-            "no such fault; omit --firmware"
+            "--fault: {options}: the reference firmware has no such fault; omit --firmware",
+            options=", ".join(sorted(only_emulated)),
         )
     return orders
 
@@ -214,7 +214,7 @@ def _log(path: Path) -> TextIO:
     try:
         return path.open("x", encoding="utf-8")
     except OSError as error:
-        raise UserError(f"--log: {path}: {error.strerror}") from None
+        raise UserError("--log: {path}: {reason}", path=path, reason=error.strerror) from None
 
 
 def _serve_generator(make: str) -> int:
@@ -258,13 +258,18 @@ def _check_numbers(arguments: Namespace) -> None:
     from slipscale.hardware.backends.serial_board.protocol import WATCHDOG_MS
 
     if not (isfinite(arguments.noise) and arguments.noise >= 0):
-        raise UserError(f"--noise: {arguments.noise:g}, expected 0 or more µm")
+        raise UserError("--noise: {noise:g}, expected 0 or more µm", noise=arguments.noise)
     if not (isfinite(arguments.sensor) and arguments.sensor >= 0):
-        raise UserError(f"--sensor: {arguments.sensor:g}, expected a factor of 0 or more")
+        raise UserError(
+            "--sensor: {sensor:g}, expected a factor of 0 or more", sensor=arguments.sensor
+        )
     shortest_ms, longest_ms = WATCHDOG_MS
     if not shortest_ms <= arguments.watchdog <= longest_ms:
         raise UserError(
-            f"--watchdog: {arguments.watchdog:g}, expected {shortest_ms} to {longest_ms} ms"
+            "--watchdog: {watchdog_ms:g}, expected {shortest_ms} to {longest_ms} ms",
+            watchdog_ms=arguments.watchdog,
+            shortest_ms=shortest_ms,
+            longest_ms=longest_ms,
         )
 
 

@@ -45,14 +45,16 @@ def new(arguments: Namespace) -> int:
         raise UserError("{path}: expected a name that ends in {suffix}", path=path, suffix=SUFFIX)
     if arguments.backend not in backend_names():
         known = expected_one_of(arguments.backend, backend_names())
-        raise UserError("--backend {backend}: {known}", backend=arguments.backend, known=known)
+        raise UserError(
+            "--backend {backend}: {expected}", backend=arguments.backend, expected=known
+        )
     try:
         identity = Identity(
             name=path.stem, serial=arguments.serial, device_serial=arguments.device_serial
         )
         wiring = Wiring(backend=arguments.backend, amplifier_gain=arguments.amplifier_gain)
     except ValidationError as error:
-        raise UserError("{path}: {in_words}", path=path, in_words=in_words(error)) from None
+        raise UserError("{path}: {faults}", path=path, faults=in_words(error)) from None
     path.parent.mkdir(parents=True, exist_ok=True)
     new_plate(identity, wiring, path)
     print(f"wrote {path}; use it with --plate {arguments.backend}:...,plate={path}")

@@ -114,7 +114,7 @@ class Bench:
         """Send bytes, and check that the board does not answer."""
         if lines := self.answers_to(data):
             differs(
-                Message("no answer to {why}, {shown}", why=why, shown=_shown(data)),
+                Message("no answer to {why}, {sent}", why=why, sent=_shown(data)),
                 _shown(lines[0]),
             )
 

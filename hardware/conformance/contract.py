@@ -67,7 +67,7 @@ def _presents(rig: Rig) -> None:
                 differs(f"commanded {surface.level:g}", f"{made.commanded_level:g}")
             if made.readback.kind not in get_args(ReadbackKind):
                 differs(
-                    Message("a readback of kind {get_args}", get_args=get_args(ReadbackKind)),
+                    Message("a readback of kind {kinds}", kinds=get_args(ReadbackKind)),
                     made.readback.kind,
                 )
             _expect_output(plate, Output.MAY_BE_ON, "present")
@@ -173,7 +173,7 @@ def _check_is_cheap(rig: Rig) -> None:
             took_s.append(rig.clock.now() - begun_s)
         if median(took_s) > CHEAP_S:
             differs(
-                Message("check() to take at most {given:g} ms", given=1000 * CHEAP_S),
+                Message("check() to take at most {limit_ms:g} ms", limit_ms=1000 * CHEAP_S),
                 f"{1000 * median(took_s):.1f} ms",
             )
 

@@ -181,9 +181,7 @@ def _list_plays(bench: Bench) -> None:
     status = bench.expect_state("LIST")
     if abs(status.target_level - bench.some_level) > 1e-4:  # noqa: PLR2004 - its last decimal
         differs(
-            Message(
-                "TARGET {some_level:g}, the mean of the amplitude list", some_level=bench.some_level
-            ),
+            Message("TARGET {level:g}, the mean of the amplitude list", level=bench.some_level),
             f"{status.target_level:g}",
         )
     bench.expect_code("LIST:AMPL 1,0.1", wire.SETTINGS_CONFLICT)

@@ -152,8 +152,8 @@ def _open_loop_is_true(bench: Bench) -> None:
     ):
         differs(
             Message(
-                "{some_level:g} {unit} at the frequency and voltage reported in HOLD",
-                some_level=bench.some_level,
+                "{level:g} {unit} at the frequency and voltage reported in HOLD",
+                level=bench.some_level,
                 unit=bench.unit,
             ),
             f"{same_level:.3f}",

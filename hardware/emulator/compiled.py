@@ -67,7 +67,9 @@ def build(folder: Path, *flags: str) -> Path:
     ]
     done = subprocess.run([*command, "-o", library], capture_output=True, text=True, check=False)  # noqa: S603 - our own command
     if done.returncode:
-        raise UserError(f"firmware: {compiler} failed: {done.stderr.strip()}")
+        raise UserError(
+            "firmware: {compiler} failed: {reason}", compiler=compiler, reason=done.stderr.strip()
+        )
     return library
 
 
@@ -98,7 +100,9 @@ def load(library: Path) -> ctypes.CDLL:
         for each in (code.board_end, code.board_silence, code.board_state, *amplitudes):
             each.argtypes = [ctypes.c_void_p]
     except (OSError, AttributeError) as error:
-        raise UserError(f"firmware: {library} cannot be loaded ({error})") from None
+        raise UserError(
+            "firmware: {library} cannot be loaded ({error})", library=library, error=error
+        ) from None
     return code
 
 

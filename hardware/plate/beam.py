@@ -211,8 +211,10 @@ class BeamSection:
         at_one = float(self.dynamic_deflection_um_peak(1.0, voltage_v))
         if at_one == 0:
             raise UserError(
-                f"an amplitude of {wanted:g} µm peak is not reached at {voltage_v:g} V with any "
-                "half-wavelength; expected a voltage and a charge constant d31 other than 0"
+                "an amplitude of {wanted:g} µm peak is not reached at {voltage_v:g} V with any "
+                "half-wavelength; expected a voltage and a charge constant d31 other than 0",
+                wanted=wanted,
+                voltage_v=voltage_v,
             )
         return float(np.sqrt(wanted / at_one))
 

@@ -53,10 +53,14 @@ class Resonator:
         for name in ("resonance_hz", "gain_um_pp_per_v", "quality_factor"):
             value = getattr(self, name)
             if not (math.isfinite(value) and value > 0):
-                raise UserError(f"resonator: {name} is {value}, expected a positive number")
+                raise UserError(
+                    "resonator: {name} is {value}, expected a positive number",
+                    name=name,
+                    value=value,
+                )
         for name in ("temperature_coefficient_hz_per_k", "reference_temperature_c"):
             if not math.isfinite(getattr(self, name)):
-                raise UserError(f"resonator: {name} is not finite")
+                raise UserError("resonator: {name} is not finite", name=name)
 
     def resonance_at_hz(self, temperature_c: float) -> float:
         """Return the resonance in Hz at a temperature in °C."""
@@ -81,7 +85,9 @@ class FingerLoad:
 
     def __post_init__(self) -> None:
         if not (math.isfinite(self.loss) and self.loss >= 0):
-            raise UserError(f"finger: loss is {self.loss}, expected a finite number, 0 or more")
+            raise UserError(
+                "finger: loss is {loss}, expected a finite number, 0 or more", loss=self.loss
+            )
         if not math.isfinite(self.detuning_hz):
             raise UserError("finger: detuning_hz is not finite")
 

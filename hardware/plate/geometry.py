@@ -46,8 +46,10 @@ class Region:
             positive("plate layout: size_mm", size, "mm")
         if self.disc and self.size_mm[0] != self.size_mm[1]:
             raise UserError(
-                f"plate layout: a disc of {self.size_mm[0]:g} x {self.size_mm[1]:g} mm; expected "
-                "two equal diameters"
+                "plate layout: a disc of {length_mm:g} x {width_mm:g} mm; expected two equal "
+                "diameters",
+                length_mm=self.size_mm[0],
+                width_mm=self.size_mm[1],
             )
 
     def span_mm(self, axis: int) -> tuple[float, float]:
@@ -139,9 +141,16 @@ class Layout:
             raise UserError("plate layout: columns and rows must be 1 or more")
         if min(self.ceramic_length_mm, self.ceramic_width_mm) <= 0:
             raise UserError(
-                f"plate layout: {self.columns} x {self.rows} ceramics with gaps of {self.gap_mm} "
-                f"mm and a border of {self.border_mm[0]} x {self.border_mm[1]} mm leave no room on "
-                f"{self.length_mm} x {self.width_mm} mm"
+                "plate layout: {columns} x {rows} ceramics with gaps of {gap_mm} mm and a "
+                "border of {border_x_mm} x {border_y_mm} mm leave no room on {length_mm} x "
+                "{width_mm} mm",
+                columns=self.columns,
+                rows=self.rows,
+                gap_mm=self.gap_mm,
+                border_x_mm=self.border_mm[0],
+                border_y_mm=self.border_mm[1],
+                length_mm=self.length_mm,
+                width_mm=self.width_mm,
             )
         if self.disc and self.ends != "free":
             raise UserError("plate layout: the edge of a disc must be free, not supported")
@@ -307,12 +316,17 @@ def _check_places(outline: Region, patches: tuple[Patch, ...]) -> None:
         region = patch.region
         if patch.polarity not in {1, -1}:
             raise UserError(
-                f"plate layout: patch {number}: polarity is {patch.polarity}, expected 1 or -1"
+                "plate layout: patch {number}: polarity is {polarity}, expected 1 or -1",
+                number=number,
+                polarity=patch.polarity,
             )
         if not np.all(outline.holds(*region.rim_mm())):
             raise UserError(
-                f"plate layout: patch {number}, centred at {region.at_mm[0]:g}, "
-                f"{region.at_mm[1]:g} mm, must be on the plate, but reaches beyond the plate"
+                "plate layout: patch {number}, centred at {x_mm:g}, {y_mm:g} mm, must be on the"
+                " plate, but reaches beyond the plate",
+                number=number,
+                x_mm=region.at_mm[0],
+                y_mm=region.at_mm[1],
             )
         for other, neighbour in enumerate(patches[: number - 1], start=1):
             if all(
@@ -321,6 +335,8 @@ def _check_places(outline: Region, patches: tuple[Patch, ...]) -> None:
                 for axis in (0, 1)
             ):
                 raise UserError(
-                    f"plate layout: patches {other} and {number} overlap; expected bounding "
-                    "rectangles (also those of discs) that do not overlap"
+                    "plate layout: patches {other} and {number} overlap; expected bounding "
+                    "rectangles (also those of discs) that do not overlap",
+                    other=other,
+                    number=number,
                 )

@@ -45,8 +45,10 @@ class Isotropic:
         positive(f"{self.name}: density_kg_m3", self.density_kg_m3, "kg/m³")
         if not _POISSON_MIN < self.poisson < _POISSON_MAX:
             raise UserError(
-                f"{self.name}: poisson is {self.poisson}, expected a number between -1 and 0.5; "
-                "outside this range the stiffness matrix is not positive definite"
+                "{name}: poisson is {poisson}, expected a number between -1 and 0.5; outside "
+                "this range the stiffness matrix is not positive definite",
+                name=self.name,
+                poisson=self.poisson,
             )
 
     @property
@@ -103,17 +105,23 @@ class Piezoceramic:
         positive(f"{self.name}: quality_factor", self.quality_factor, "(no unit)")
         positive(f"{self.name}: relative_permittivity", self.relative_permittivity, "(no unit)")
         if self.coupling.shape != (3, 6) or not np.isfinite(self.coupling).all():
-            raise UserError(f"{self.name}: coupling_c_m2 must be 3 rows of 6 finite numbers")
+            raise UserError(
+                "{name}: coupling_c_m2 must be 3 rows of 6 finite numbers", name=self.name
+            )
         stiffness = self.stiffness
         if stiffness.shape != (6, 6) or not np.isfinite(stiffness).all():
-            raise UserError(f"{self.name}: stiffness_pa must be 6 rows of 6 finite numbers")
+            raise UserError(
+                "{name}: stiffness_pa must be 6 rows of 6 finite numbers", name=self.name
+            )
         if not np.allclose(stiffness, stiffness.T):
-            raise UserError(f"{self.name}: stiffness_pa is not symmetric")
+            raise UserError("{name}: stiffness_pa is not symmetric", name=self.name)
         least = float(np.linalg.eigvalsh(stiffness)[0])
         if least <= 0:
             raise UserError(
-                f"{self.name}: stiffness_pa is not positive definite: its smallest eigenvalue is "
-                f"{least:.3g} Pa, expected above 0"
+                "{name}: stiffness_pa is not positive definite: its smallest eigenvalue is "
+                "{least:.3g} Pa, expected above 0",
+                name=self.name,
+                least=least,
             )
 
     @property

@@ -75,9 +75,12 @@ def half_wave_for_frequency_mm(
     )
     if not found.converged:
         raise UserError(
-            f"half-wavelength for {wanted:g} Hz: not found in {_ITERATIONS_MAX} iterations of the "
-            f"secant method, which began at {first:.3g} mm; expected a frequency from the "
-            "paper's Fig. 9"
+            "half-wavelength for {wanted:g} Hz: not found in {iterations} iterations of the "
+            "secant method, which began at {first:.3g} mm; expected a frequency from the "
+            "paper's Fig. 9",
+            wanted=wanted,
+            iterations=_ITERATIONS_MAX,
+            first=first,
         )
     return float(found.root)
 

@@ -172,7 +172,11 @@ def modes(
     system = support(parts, electrodes)
     size = system.free.size
     if not 0 < count < size:
-        raise UserError(f"modes: count is {count}, expected 1 to {size - 1} for this mesh")
+        raise UserError(
+            "modes: count is {count}, expected 1 to {most} for this mesh",
+            count=count,
+            most=size - 1,
+        )
     sigma = (2 * np.pi * near_hz) ** 2
     whole = sparse.bmat(
         [

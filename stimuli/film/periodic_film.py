@@ -51,7 +51,8 @@ class Resolution:
             raise UserError("resolution: cells_per_ridge and cells_min must be 1 or more")
         if self.instants < 3 or self.instants % 2 == 0:  # noqa: PLR2004 - one harmonic needs three
             raise UserError(
-                f"resolution: instants must be odd and at least 3, but is {self.instants}"
+                "resolution: instants must be odd and at least 3, but is {instants}",
+                instants=self.instants,
             )
 
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from slipscale.experiments.running.pilot import pilot_plans, run_simulated
 from tests.fuzzing.study_files import short_studies
-from tools.torture.pilots import looked_up_once
+from tools.campaigns.torture.pilots import looked_up_once
 
 if TYPE_CHECKING:
     from slipscale.experiments.study.run_plan import RunPlan

@@ -13,7 +13,7 @@ from slipscale.experiments.study.file import shipped_studies, study_text
 from slipscale.faults import UserError
 from tests.fuzzing.changes import changed_file
 from tests.fuzzing.kind import Case, Kind
-from tools.torture.pilots import EVERY_OPTION
+from tools.campaigns.torture.pilots import EVERY_OPTION
 
 # The protocol that presents textures.
 TEXTURED = "magnitude_estimation"

@@ -18,6 +18,7 @@ from slipscale.hardware.errors import (
     PlateFault,
     PlateRefused,
     PlateTimeout,
+    visible_message,
 )
 from slipscale.hardware.limits import PlateLimits
 
@@ -55,6 +56,7 @@ def test_a_level_among_the_values_is_recorded_and_withheld(kind):
     assert fault.record() == {
         "code": kind.code,
         "message": TOLD,
+        "level_free": kind.never_a_level,
         "template": "the plate makes {level} at {voltage_v:.1f} V",
         "values": {"level": "1.2 µm p-p", "voltage_v": 7.8},
     }
@@ -62,7 +64,13 @@ def test_a_level_among_the_values_is_recorded_and_withheld(kind):
     if kind.code in WITHHELD | {"fault"}:
         assert set(shown.args[0].values) == {"fault", "remedy"}
         assert shown.args[0].values["fault"] == kind.in_general
-        assert shown.record() == {"code": kind.code, "message": kind.in_general}
+        assert shown.record() == {
+            "code": kind.code,
+            "message": kind.in_general,
+            "level_free": True,
+        }
+    seen = visible_message(fault.record())
+    assert seen == (TOLD if kind.never_a_level else "")
 
 
 def test_a_single_fault_can_be_declared_either_way():

@@ -198,7 +198,6 @@ def test_what_is_wider_than_shipped(name, value, wider):
 
 
 def test_a_plate_in_um_keeps_the_shipped_limits_whatever_participants_judge(file):
-    edit(file, "tolerance_um =", "tolerance_um_pp =")
     edit(file, "[limits]", '[quantity]\njudged = "roughness"\n\n[limits]')
     assert sign(file) == 0
     with opened(file) as driver:

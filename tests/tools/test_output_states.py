@@ -10,8 +10,8 @@ from slipscale.hardware.backends.generator_output import GeneratorOutput
 from slipscale.hardware.backends.serial_board import supervision
 from slipscale.hardware.backends.sound_card.driver import SoundCard
 from slipscale.hardware.driver import PlateDriver
-from tools.output_states.histories import lived
-from tools.output_states.rigs import RIGS
+from tools.campaigns.output_states.histories import lived
+from tools.campaigns.output_states.rigs import RIGS
 
 
 @pytest.mark.parametrize("backend", RIGS)

@@ -12,15 +12,16 @@ from slipscale.experiments.protocol_parts.registry import protocol_names
 from slipscale.experiments.study.file import read_study
 from slipscale.hardware.errors import PlateTimeout
 from tests.support.emulator_process import EmulatorProcess
-from tools.torture import __main__ as torture
-from tools.torture import pilots, soak, system_calls, upkeep, windows, writers
-from tools.torture.disk_faults import FAULTS, Journal
+from tools.campaigns import soak
+from tools.campaigns.__main__ import main
+from tools.campaigns.torture import pilots, system_calls, upkeep, writers
+from tools.campaigns.torture.disk_faults import FAULTS, Journal
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="kills with POSIX signals")
 
 
 def test_no_fault_and_no_kill_changes_the_data(capsys):
-    assert torture.main(["--places", "1", "--study", "biet2007"]) == 0
+    assert main(["torture", "--places", "1", "--study", "biet2007"]) == 0
     _, _, _, _, *rows = capsys.readouterr().out.strip().splitlines()
     assert [row.split(" | ")[0] for row in rows] == [
         f"| {fault}"
@@ -75,13 +76,13 @@ def test_a_label_that_a_withdrawal_leaves_is_found(monkeypatch):
 @pytest.mark.window
 @pytest.mark.skipif(not shutil.which("Xvfb"), reason="needs a virtual display")
 def test_signals_and_a_lost_display_end_sessions_in_windows_as_faults_do(capfd):
-    words = ["--signals", "4", "--processes", "1", "--servers", "1"]
-    assert windows.main(words) == 0, capfd.readouterr().err
+    words = ["windows", "--signals", "4", "--processes", "1", "--servers", "1"]
+    assert main(words) == 0, capfd.readouterr().err
     assert capfd.readouterr().out.strip().endswith("1 processes, 1 servers: 0 bad")
 
 
 def test_every_protocol_takes_part_with_all_its_options():
-    """A new protocol: add its [[tasks]] with every option to tools/torture/every_option.toml."""
+    """A new protocol: add its [[tasks]] with every option to every_option.toml."""
     study, _ = read_study(str(pilots.EVERY_OPTION))
     assert {options.protocol for options in study.tasks} == set(protocol_names())
     for options in study.tasks:

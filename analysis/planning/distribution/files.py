@@ -43,11 +43,13 @@ def claim(folder: Path) -> None:
     try:
         if folder.exists() and any(folder.iterdir()) and not (folder / PAGE).exists():
             raise UserError(
-                f"--out {folder}: the folder is not empty; expected a new folder, or a folder "
-                f"with an earlier {PAGE}"
+                "--out {folder}: the folder is not empty; expected a new folder, or a folder "
+                "with an earlier {page}",
+                folder=folder,
+                page=PAGE,
             )
     except OSError as error:
-        raise UserError(f"--out {folder}: {error.strerror}") from None
+        raise UserError("--out {folder}: {reason}", folder=folder, reason=error.strerror) from None
 
 
 def write_distribution(folder: Path, found: Distribution) -> Path:
@@ -73,7 +75,9 @@ def write_distribution(folder: Path, found: Distribution) -> Path:
         page = folder / PAGE
         page.write_text(_page(found, figures), encoding="utf-8")
     except OSError as error:
-        raise UserError(f"{error.filename or folder}: {error.strerror}") from None
+        raise UserError(
+            "{file}: {reason}", file=error.filename or folder, reason=error.strerror
+        ) from None
     return page
 
 

@@ -162,9 +162,12 @@ def results(
     left_s = study_s * (times - 2) / workers(jobs)
     if left_s + again_s - began_s > HOUR_S and not patient:
         raise UserError(
-            f"--times {times}: the simulation takes about {left_s / HOUR_S:.1f} hours on this "
-            f"computer ({study_s:.1f} s per study); add --yes to allow this, or use --jobs or a "
-            "smaller number"
+            "--times {times}: the simulation takes about {hours:.1f} hours on this computer "
+            "({study_s:.1f} s per study); add --yes to allow this, or use --jobs or a smaller "
+            "number",
+            times=times,
+            hours=left_s / HOUR_S,
+            study_s=study_s,
         )
     left = range(3, times + 1)
     if jobs == 1 or len(left) < 2:  # noqa: PLR2004 - nothing to distribute

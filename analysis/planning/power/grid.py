@@ -77,11 +77,11 @@ class Condition:
         mean = tuple(centre + self.effect * (each - centre) for each in mean)
         if not all(0 < each < 100 for each in mean):  # noqa: PLR2004
             raise UserError(
-                "--effect {effect:g}: mean sensations would range from {min:.3g} to {max:.3g}; "
+                "--effect {effect:g}: mean sensations would range from {low:.3g} to {high:.3g}; "
                 "expected an effect that keeps them between 0 and 100",
                 effect=self.effect,
-                min=min(mean),
-                max=max(mean),
+                low=min(mean),
+                high=max(mean),
             )
         habits = population.habits.model_copy(
             update={"lapses": self.lapses, "dropout": self.dropout}
@@ -135,8 +135,9 @@ def orders_of(words: Sequence[str]) -> tuple[Rule, ...]:
     wrong = [word for word in named if word not in known]
     if wrong or not named:
         raise UserError(
-            f"--order {' '.join(wrong)}: expected one or more of {', '.join(known)}, separated by "
-            "commas"
+            "--order {words}: expected one or more of {known}, separated by commas",
+            words=" ".join(wrong),
+            known=", ".join(known),
         )
     return tuple(dict.fromkeys(cast("list[Rule]", named)))
 
@@ -161,7 +162,12 @@ def values_of(axis: str, words: Sequence[str]) -> tuple[Any, ...]:
         )
     for value in found:
         if not (math.isfinite(value) and meant(value)):
-            raise UserError(f"{option(axis)} {value:g}: expected {expected}")
+            raise UserError(
+                "{option} {value:g}: expected {expected}",
+                option=option(axis),
+                value=value,
+                expected=expected,
+            )
     return tuple(sorted({kind(value) for value in found}))
 
 
@@ -206,8 +212,10 @@ def conditions(axes: dict[str, tuple[Any, ...]]) -> list[Condition]:
     for each in found:
         if each.lapses + each.dropout >= 1:
             raise UserError(
-                f"--lapses {each.lapses:g} and --dropout {each.dropout:g}: no genuine answers "
-                "remain; expected a sum below 1"
+                "--lapses {lapses:g} and --dropout {dropout:g}: no genuine answers remain; "
+                "expected a sum below 1",
+                lapses=each.lapses,
+                dropout=each.dropout,
             )
     return found
 

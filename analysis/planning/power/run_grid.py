@@ -189,15 +189,18 @@ def _on_cluster(left: Sequence[Shard], scheduler: str) -> Iterator[tuple[Shard, 
         from distributed import Client, as_completed
     except ModuleNotFoundError:
         raise UserError(
-            f"--scheduler {scheduler}: Dask is not installed; install the extra slipscale[cluster]"
+            "--scheduler {scheduler}: Dask is not installed; install the extra slipscale[cluster]",
+            scheduler=scheduler,
         ) from None
     try:
         client = Client(scheduler, timeout=REACHED_S)  # type: ignore[no-untyped-call]
     except (OSError, ValueError, TypeError) as error:
         reason = str(error).splitlines()[0] if str(error) else type(error).__name__
         raise UserError(
-            f"--scheduler {scheduler}: the scheduler cannot be reached ({reason}); expected the "
-            "address of a running Dask scheduler, such as tcp://HOST:8786"
+            "--scheduler {scheduler}: the scheduler cannot be reached ({reason}); expected the "
+            "address of a running Dask scheduler, such as tcp://HOST:8786",
+            scheduler=scheduler,
+            reason=reason,
         ) from None
     with client:
         futures = client.map(_kept, list(left), pure=False, retries=RETRIES)

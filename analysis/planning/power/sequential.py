@@ -49,9 +49,12 @@ def look_sizes(participants: int, looks: int, fewest: int = 3) -> tuple[int, ...
     sizes = tuple(round(participants * look / looks) for look in range(1, looks + 1))
     if looks < 1 or sizes[0] < fewest:
         raise UserError(
-            f"--looks {looks}: the first interim analysis would take place after "
-            f"{sizes[0] if sizes else 0} of {participants} participants; expected {fewest} "
-            "participants or more"
+            "--looks {looks}: the first interim analysis would take place after {first_size} of"
+            " {participants} participants; expected {fewest} participants or more",
+            looks=looks,
+            first_size=sizes[0] if sizes else 0,
+            participants=participants,
+            fewest=fewest,
         )
     return sizes
 

@@ -42,13 +42,16 @@ class ShardCache:
                 _write(mark, json.dumps({"version": VERSION}))
             version: object = json.loads(mark.read_text(encoding="utf-8"))
         except OSError as error:
-            raise UserError(f"--cache {folder}: {error.strerror}") from None
+            raise UserError(
+                "--cache {folder}: {reason}", folder=folder, reason=error.strerror
+            ) from None
         except ValueError:
             version = None
         if version != {"version": VERSION}:
             raise UserError(
-                f"--cache {folder}: the folder contains shards from another version of Slipscale; "
-                "expected a new folder, or a folder from this version"
+                "--cache {folder}: the folder contains shards from another version of "
+                "Slipscale; expected a new folder, or a folder from this version",
+                folder=folder,
             )
 
     def path(self, shard: Shard) -> Path:
@@ -82,9 +85,10 @@ class ShardCache:
             _write(self.path(shard), f"{hashlib.sha256(body.encode()).hexdigest()}\n{body}")
         except OSError as error:
             raise UserError(
-                f"--cache {self.folder}: cannot be written ({error.strerror}); the "
-                "existing shards are complete: free some space and run the same command "
-                "again"
+                "--cache {folder}: cannot be written ({reason}); the existing shards are "
+                "complete: free some space and run the same command again",
+                folder=self.folder,
+                reason=error.strerror,
             ) from None
 
 

@@ -140,7 +140,7 @@ def write_comparison(folder: Path, found: Sequence[ProtocolPrecision], minutes: 
         (folder / "protocols.json").write_text(content, encoding="utf-8")
         save(protocols_figure(found, minutes), folder / "protocols", (".svg", ".png"))
     except OSError as error:
-        raise UserError(f"--out {folder}: {error.strerror}") from None
+        raise UserError("--out {folder}: {reason}", folder=folder, reason=error.strerror) from None
     return folder / "protocols.svg"
 
 
@@ -162,7 +162,7 @@ def write_rows(
         folder.mkdir(parents=True, exist_ok=True)
         (folder / f"{name}.csv").write_text(lines.getvalue(), encoding="utf-8")
     except OSError as error:
-        raise UserError(f"--out {folder}: {error.strerror}") from None
+        raise UserError("--out {folder}: {reason}", folder=folder, reason=error.strerror) from None
 
 
 @styled

@@ -126,9 +126,11 @@ def protocol_study(name: str) -> ProtocolStudy:
             )
     tasks = ", ".join(options.protocol for options in study.tasks)
     raise UserError(
-        f"--protocols {name}: no task ({tasks}) yields an exponent or a threshold for simulated "
-        "people; expected magnitude estimation, ratios to a standard, forced choice or constant "
-        "stimuli"
+        "--protocols {name}: no task ({tasks}) yields an exponent or a threshold for simulated "
+        "people; expected magnitude estimation, ratios to a standard, forced choice or constant"
+        " stimuli",
+        name=name,
+        tasks=tasks,
     )
 
 
@@ -162,8 +164,12 @@ def filling(study: ProtocolStudy, minutes: float, population: Population) -> Pro
     if number < 1:
         least = math.ceil(10 * (once - (study.number - 1) * each)) / 10
         raise UserError(
-            f"--minutes {minutes:g}: {study.name} takes about {least:.1f} minutes with "
-            f"{study.amount} = 1; expected {least:.1f} minutes or more"
+            "--minutes {minutes:g}: {study} takes about {least:.1f} minutes with {amount} = 1; "
+            "expected {least:.1f} minutes or more",
+            minutes=minutes,
+            study=study.name,
+            least=least,
+            amount=study.amount,
         )
     return study.with_number(number)
 

@@ -60,9 +60,11 @@ def read_answers(
         return empty_differences(), choices.assign(task=_tasks(choices, mapping, problems))
     if mapping.columns.factor:
         raise UserError(
-            f"{sources[0].name}, column {mapping.columns.factor}: a factor cannot be combined with "
-            "yes-no answers; expected magnitude estimates, a forced choice (--alternatives), or "
-            f"one condition at a time (--only {mapping.columns.factor}=...)"
+            "{file}, column {factor}: a factor cannot be combined with yes-no answers; expected"
+            " magnitude estimates, a forced choice (--alternatives), or one condition at a time"
+            " (--only {factor}=...)",
+            file=sources[0].name,
+            factor=mapping.columns.factor,
         )
     _warn_of_forced_choice(read, problems, quantity)
     return read, pd.DataFrame()
@@ -77,9 +79,11 @@ def _tasks(choices: pd.DataFrame, mapping: TableMapping, problems: Problems) -> 
     if len(apart) > MOST_STANDARDS:
         column = problems.title(REFERENCE)
         raise UserError(
-            f"column {column}: {len(apart)} different standards; expected at most "
-            f"{MOST_STANDARDS}, because one function is fitted per standard; select standards with "
-            f"--only {column}=..."
+            "column {column}: {standards} different standards; expected at most {most}, because"
+            " one function is fitted per standard; select standards with --only {column}=...",
+            column=column,
+            standards=len(apart),
+            most=MOST_STANDARDS,
         )
     unit = column_name("", mapping.quantity.unit)
     names = {
@@ -105,9 +109,13 @@ def _one_row_per_answer(
     if wrong.any():
         at = int(wrong.to_numpy().argmax())
         raise UserError(
-            f"{places(frame.iloc[[at]], sources)[0]}: {problems.title('yes_count')} is "
-            f"{frame['yes_count'].iloc[at]} and {problems.title('n')} {frame['n'].iloc[at]}; "
-            "expected whole numbers, with 0 to n yes answers"
+            "{place}: {count_column} is {count} and {n_column} {n}; expected whole numbers, "
+            "with 0 to n yes answers",
+            place=places(frame.iloc[[at]], sources)[0],
+            count_column=problems.title("yes_count"),
+            count=frame["yes_count"].iloc[at],
+            n_column=problems.title("n"),
+            n=frame["n"].iloc[at],
         )
     times = np.stack([yes, n - yes], axis=1).astype(int).ravel()
     rows = frame.loc[frame.index.repeat(2)].assign(**{ANSWER: ["yes", "no"] * len(frame)})

@@ -115,17 +115,25 @@ def _of_task(folder: Path, task: str | None) -> list[Path]:
             tasks.setdefault(label, []).append(path)
     if not tasks:
         raise UserError(
-            f"{folder}: no data found; expected files like sub-01/beh/sub-01_task-loudness_beh.tsv "
-            "or ..._events.tsv"
+            "{folder}: no data found; expected files like "
+            "sub-01/beh/sub-01_task-loudness_beh.tsv or ..._events.tsv",
+            folder=folder,
         )
     labels = listed(sorted(filter(None, tasks))) or "none with a label"
     if task is None and len(tasks) > 1:
         raise UserError(
-            f"{folder}: contains several tasks: {labels}; expected the label of the task to "
-            "analyse (--task)"
+            "{folder}: contains several tasks: {labels}; expected the label of the task to "
+            "analyse (--task)",
+            folder=folder,
+            labels=labels,
         )
     if task is not None and task not in tasks:
-        raise UserError(f"--task {task}: {folder} contains the tasks {labels}; expected one label")
+        raise UserError(
+            "--task {task}: {folder} contains the tasks {labels}; expected one label",
+            task=task,
+            folder=folder,
+            labels=labels,
+        )
     return next(iter(tasks.values())) if task is None else tasks[task]
 
 
@@ -160,6 +168,12 @@ def chosen(frame: pd.DataFrame, only: Mapping[str, Sequence[str]], path: Path) -
         wanted = [value.strip() for value in values]
         if absent := [value for value in wanted if not (found == value).any()]:
             known = ", ".join(sorted(found.dropna().unique())[:12]) or "nothing"
-            raise UserError(f"{path}: no row has '{absent[0]}' in column {column}; found {known}")
+            raise UserError(
+                "{path}: no row has '{missing}' in column {column}; found {known}",
+                path=path,
+                missing=absent[0],
+                column=column,
+                known=known,
+            )
         frame = frame[found.isin(wanted)].reset_index(drop=True)
     return frame

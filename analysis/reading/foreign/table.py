@@ -221,8 +221,12 @@ def _groups(frame: pd.DataFrame, path: Path, problems: Problems) -> pd.DataFrame
         both = " and ".join(twice.loc[twice[PARTICIPANT] == first, GROUP][:2])
         column = problems.title(GROUP)
         raise UserError(
-            f"{path}: participant {first} has {both} in column {column}; expected one group per "
-            f"participant (to analyse a single condition, use --only {column}=...)"
+            "{path}: participant {first} has {both} in column {column}; expected one group per "
+            "participant (to analyse a single condition, use --only {column}=...)",
+            path=path,
+            first=first,
+            both=both,
+            column=column,
         )
     sizes = pairs[GROUP].value_counts()
     alone = sorted(sizes.index[sizes == 1])

@@ -74,8 +74,9 @@ def _log(text: str, path: Path) -> pd.DataFrame:
             inside[name] = value.strip()
     if inside is not None or not frames:
         raise UserError(
-            f"{path}: {'a frame is not closed' if frames else 'no complete frame'}; expected the "
-            "complete log of a finished session"
+            "{path}: {reason}; expected the complete log of a finished session",
+            path=path,
+            reason="a frame is not closed" if frames else "no complete frame",
         )
     deepest = max(level for level, _, _ in frames)
     rows, lines = [], []

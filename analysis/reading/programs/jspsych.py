@@ -50,7 +50,10 @@ def read(content: bytes, path: Path) -> pd.DataFrame:
     for number, trial in enumerate(trials, start=1):
         if not isinstance(trial, dict):
             raise UserError(
-                f"{path}: entry {number} is {trial!r:.40}; expected an object with a trial's fields"
+                "{path}: entry {number} is {trial:.40}; expected an object with a trial's fields",
+                path=path,
+                number=number,
+                trial=repr(trial),
             )
     return _without_emptied(
         framed([dict(_flat(trial)) for trial in trials], range(1, len(trials) + 1))
@@ -77,8 +80,10 @@ def _trials(text: str, path: Path) -> list[object]:
             at += len(text[at:]) - len(text[at:].lstrip(" \r\n\t,"))
     except (json.JSONDecodeError, RecursionError) as error:
         raise UserError(
-            f"{path}: not readable JSON ({error}); expected a list with one object per trial, such "
-            "as jsPsych.data.get().json()"
+            "{path}: not readable JSON ({error}); expected a list with one object per trial, "
+            "such as jsPsych.data.get().json()",
+            path=path,
+            error=error,
         ) from None
     # The list may contain one list of trials per participant.
     return [trial for part in found for trial in (part if isinstance(part, list) else [part])]

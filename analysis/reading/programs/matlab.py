@@ -54,8 +54,11 @@ def read(content: bytes, path: Path, sheet: str | None) -> pd.DataFrame:
     if len(chosen) != 1:
         named = ", ".join(name or "the vectors" for name in tables) or "none"
         raise UserError(
-            f"{path}: the file contains these tables: {named}; expected one table, or --sheet with "
-            f"the name of a table; {SAVE}"
+            "{path}: the file contains these tables: {named}; expected one table, or --sheet "
+            "with the name of a table; {remedy}",
+            path=path,
+            named=named,
+            remedy=SAVE,
         )
     (table,) = chosen
     length = len(next(iter(table.values())))
@@ -67,11 +70,15 @@ def _tables(content: bytes, path: Path) -> dict[str, Table]:
     from scipy import io as scipy_io
 
     if content.startswith(VERSION_7_3):
-        raise UserError(f"{path}: a MATLAB 7.3 file; expected version 7; {SAVE}")
+        raise UserError(
+            "{path}: a MATLAB 7.3 file; expected version 7; {remedy}", path=path, remedy=SAVE
+        )
     try:
         found = scipy_io.loadmat(io.BytesIO(content), simplify_cells=True)
     except Exception as error:  # noqa: BLE001 - loadmat raises whatever damaged bytes lead to
-        raise UserError(f"{path}: not a readable MATLAB file ({error})") from None
+        raise UserError(
+            "{path}: not a readable MATLAB file ({error})", path=path, error=error
+        ) from None
     own = {name: value for name, value in found.items() if not name.startswith("__")}
     tables = {name: table for name, value in own.items() if (table := _table(value))}
     vectors = {name: _cells(value) for name, value in own.items() if name not in tables}

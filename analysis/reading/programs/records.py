@@ -38,7 +38,12 @@ def records(text: str, path: Path) -> list[tuple[int, list[str]]]:
     try:
         return [(reader.line_num, row) for row in reader if any(cell.strip() for cell in row)]
     except csv.Error as error:
-        raise UserError(f"{path}: line {reader.line_num} cannot be read ({error})") from None
+        raise UserError(
+            "{path}: line {line} cannot be read ({error})",
+            path=path,
+            line=reader.line_num,
+            error=error,
+        ) from None
 
 
 def framed(rows: Sequence[Mapping[str, object]], lines: Sequence[int]) -> pd.DataFrame:

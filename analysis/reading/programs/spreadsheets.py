@@ -36,38 +36,52 @@ def read_excel(content: bytes, path: Path, sheet: str | None) -> pd.DataFrame:
 
     if path.suffix.lower() != ".xlsx":
         raise UserError(
-            f"{path}: Excel files in the format {path.suffix} (with macros, or older than 2007) "
-            "are not supported; save the file as .xlsx or as CSV UTF-8"
+            "{path}: Excel files in the format {format} (with macros, or older than 2007) are "
+            "not supported; save the file as .xlsx or as CSV UTF-8",
+            path=path,
+            format=path.suffix,
         )
     try:
         with zipfile.ZipFile(io.BytesIO(content)) as archive:
             parts = archive.infolist()
         if sum(part.file_size for part in parts) > LARGEST_WORKBOOK_MB * 2**20:
             raise UserError(
-                f"{path}: more than {LARGEST_WORKBOOK_MB} MB when unpacked; expected a CSV file"
+                "{path}: more than {largest_mb} MB when unpacked; expected a CSV file",
+                path=path,
+                largest_mb=LARGEST_WORKBOOK_MB,
             )
         if any(part.filename.endswith("vbaProject.bin") for part in parts):
             raise UserError(
-                f"{path}: workbooks with macros are not supported; save the file as .xlsx or CSV"
+                "{path}: workbooks with macros are not supported; save the file as .xlsx or CSV",
+                path=path,
             )
         book = openpyxl.load_workbook(io.BytesIO(content), data_only=True)
     except (
         *(zipfile.BadZipFile, InvalidFileException, ParseError, KeyError, ValueError, TypeError),
         *(AttributeError, IndexError, OSError, NotImplementedError, EOFError),
     ) as error:
-        raise UserError(f"{path}: not a readable Excel workbook ({error})") from None
+        raise UserError(
+            "{path}: not a readable Excel workbook ({error})", path=path, error=error
+        ) from None
     filled = [found for found in book.worksheets if found.max_row > 1]
     chosen = [found for found in filled if sheet is None or found.title == sheet]
     if len(chosen) != 1:
         sheets = ", ".join(f"'{found.title}'" for found in filled) or "none with rows"
         expected = "the name of one sheet (--sheet)" if sheet is None else f"a sheet '{sheet}'"
-        raise UserError(f"{path}: the sheets are {sheets}; expected {expected}")
+        raise UserError(
+            "{path}: the sheets are {sheets}; expected {expected}",
+            path=path,
+            sheets=sheets,
+            expected=expected,
+        )
     (table,) = chosen
     if table.merged_cells.ranges:
         where = min(map(str, table.merged_cells.ranges))
         raise UserError(
-            f"{path}: cells {where} are merged; expected a header line and one row per trial, "
-            "with one value per cell"
+            "{path}: cells {where} are merged; expected a header line and one row per trial, "
+            "with one value per cell",
+            path=path,
+            where=where,
         )
     rows = [
         (number, row)
@@ -75,7 +89,7 @@ def read_excel(content: bytes, path: Path, sheet: str | None) -> pd.DataFrame:
         if any(value is not None and str(value).strip() for value in row)
     ]
     if not rows:
-        raise UserError(f"{path}: the file is empty; expected a header line and rows")
+        raise UserError("{path}: the file is empty; expected a header line and rows", path=path)
     names = ["" if name is None else str(name).strip() for name in rows[0][1]]
     cells = [[as_cell(value) for value in row] for _, row in rows[1:]]
     frame = pd.DataFrame(cells, columns=pd.Index(names), dtype=object)
@@ -100,7 +114,9 @@ def read_spss(content: bytes, path: Path, labelled: Sequence[str]) -> pd.DataFra
     try:
         found, meta = pyreadstat.read_sav(str(path))
     except (pyreadstat.ReadstatError, pyreadstat.PyreadstatError, OSError, ValueError) as error:
-        raise UserError(f"{path}: not a readable SPSS file ({error})") from None
+        raise UserError(
+            "{path}: not a readable SPSS file ({error})", path=path, error=error
+        ) from None
     del content  # The library opens the file itself.
     frame = pd.DataFrame(index=found.index)
     for name in found.columns:

@@ -60,7 +60,9 @@ def _with_suffix(*suffixes: str) -> Callable[[bytes, Path], bool]:
 
 
 def _refuse_jasp(_content: bytes, path: Path, _wanted: Wanted) -> pd.DataFrame:
-    raise UserError(f"{path}: JASP files are not supported; export the data from JASP as CSV")
+    raise UserError(
+        "{path}: JASP files are not supported; export the data from JASP as CSV", path=path
+    )
 
 
 PROGRAMS = (

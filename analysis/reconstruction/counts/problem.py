@@ -139,8 +139,11 @@ def problems(parts: Iterable[Part]) -> list[Problem]:
     for split in groups:
         if split.high - split.low > WIDEST:
             raise UserError(
-                f"ratings can differ by up to {split.high - split.low:,} steps, but no more than "
-                f"{WIDEST:,} steps are supported: {NARROW}"
+                "ratings can differ by up to {width:,} steps, but no more than {widest:,} steps"
+                " are supported: {remedy}",
+                width=split.high - split.low,
+                widest=WIDEST,
+                remedy=NARROW,
             )
     return [Problem(split, tuple(wanted)) for split, wanted in groups.items()]
 
@@ -159,8 +162,11 @@ def require_memory(tasks: list[Problem], memory_gib: float, moduli: int = 1) -> 
         need_gib = guess_gib if guess_gib > 2 * memory_gib else task.bytes * moduli / 2**30
         if need_gib > memory_gib:
             raise UserError(
-                f"the state table needs about {need_gib:.1f} GiB, but {memory_gib:g} GiB are "
-                f"allowed: {NARROW}, or increase --memory-gib"
+                "the state table needs about {need_gib:.1f} GiB, but {memory_gib:g} GiB are "
+                "allowed: {remedy}, or increase --memory-gib",
+                need_gib=need_gib,
+                memory_gib=memory_gib,
+                remedy=NARROW,
             )
 
 
@@ -175,10 +181,16 @@ def require_listable(parts: int, memory_gib: float, minutes: float) -> None:
     need_gib, seconds = parts * BYTES_A_PART / 2**30, parts * SECONDS_A_PART
     if seconds > 60 * minutes or need_gib > memory_gib:
         raise UserError(
-            f"up to {parts:,} combinations of a sum, a sum of squares, extreme and middle ratings "
-            f"and frequencies need about {need_gib:.1f} GiB and take {duration(seconds)}; "
-            f"{memory_gib:g} GiB and {minutes:g} min are allowed: {NARROW}, or increase "
-            f"--memory-gib and --minutes"
+            "up to {parts:,} combinations of a sum, a sum of squares, extreme and middle "
+            "ratings and frequencies need about {need_gib:.1f} GiB and take {duration}; "
+            "{memory_gib:g} GiB and {minutes:g} min are allowed: {remedy}, or increase "
+            "--memory-gib and --minutes",
+            parts=parts,
+            need_gib=need_gib,
+            duration=duration(seconds),
+            memory_gib=memory_gib,
+            minutes=minutes,
+            remedy=NARROW,
         )
 
 
@@ -203,8 +215,13 @@ def require_countable(tasks: list[Problem], memory_gib: float, minutes: float) -
         if need_gib <= memory_gib:
             return
     raise UserError(
-        f"counting needs about {need_gib:.1f} GiB and takes {duration(seconds)}; {memory_gib:g} "
-        f"GiB and {minutes:g} min are allowed: {NARROW}, or increase --memory-gib and --minutes"
+        "counting needs about {need_gib:.1f} GiB and takes {duration}; {memory_gib:g} GiB and "
+        "{minutes:g} min are allowed: {remedy}, or increase --memory-gib and --minutes",
+        need_gib=need_gib,
+        duration=duration(seconds),
+        memory_gib=memory_gib,
+        minutes=minutes,
+        remedy=NARROW,
     )
 
 

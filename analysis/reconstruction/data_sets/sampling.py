@@ -52,7 +52,11 @@ class Sampler:
             self._ranked = rankings(tasks, measure, solutions.memory_gib)
             self.total = sum(ranking.total for ranking in self._ranked)
         if not self.total:
-            raise UserError(f"column '{solutions.column.label}': {solutions.reason}")
+            raise UserError(
+                "column '{column}': {reason}",
+                column=solutions.column.label,
+                reason=solutions.reason,
+            )
 
     @property
     def listed(self) -> Array:

@@ -86,7 +86,9 @@ class Solutions:
 
     def _problems(self, measure: str, parts: int) -> list[Problem]:
         if self.targets.refused:
-            raise UserError(f"column '{self.column.label}': {self.targets.refused}")
+            raise UserError(
+                "column '{column}': {reason}", column=self.column.label, reason=self.targets.refused
+            )
         wanted = self.targets.wanted
         if parts > max(len(wanted), MANY_PARTS):
             require_listable(parts, self.memory_gib, self.minutes)
@@ -158,7 +160,8 @@ class Solutions:
         """
         if self._unfiltered > LISTED:
             raise UserError(
-                f"{self._unfiltered} data sets are too many to list; draw a sample instead"
+                "{reason} data sets are too many to list; draw a sample instead",
+                reason=self._unfiltered,
             )
         rows = multisets(self.problems, self.column.n, self.memory_gib)
         return rows[are_met(self.column, rows)] if self.listed_apart else rows

@@ -32,8 +32,10 @@ def require_comparable(columns: Sequence[Solutions]) -> None:
     for other in (solutions.column for solutions in columns[1:]):
         if (other.n, other.scale) != (first.n, first.scale):
             raise UserError(
-                f"columns '{first.label}' and '{other.label}' differ in n or scale; conclusions "
-                "across columns require the same participants and the same scale"
+                "columns '{first}' and '{other}' differ in n or scale; conclusions across "
+                "columns require the same participants and the same scale",
+                first=first.label,
+                other=other.label,
             )
 
 

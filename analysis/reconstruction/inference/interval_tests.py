@@ -54,7 +54,7 @@ def answer(test: PrintedTest, columns: Sequence[IntervalColumn]) -> PrintedTestA
     chosen = chosen_columns(test, [(c.label, c) for c in columns])
     if test.kind in PAIRED and len({c.n for c in chosen}) > 1:
         raise UserError(
-            f"test '{test.kind}': the columns differ in n; expected the same n for pairs"
+            "test '{kind}': the columns differ in n; expected the same n for pairs", kind=test.kind
         )
     if wrong := next((c for c in chosen if c.reason), None):
         return _said(test, chosen, "impossible", f"column '{wrong.label}': {wrong.reason}")

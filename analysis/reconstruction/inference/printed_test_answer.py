@@ -136,7 +136,9 @@ def chosen_columns(test: PrintedTest, columns: Sequence[tuple[str, T]]) -> list[
     if test.columns:
         chosen = [column for wanted in test.columns for label, column in columns if label == wanted]
     if test.of_two and len(chosen) != 2:  # noqa: PLR2004 - a pair
-        raise UserError(f"test '{test.kind}': expected the labels of the two columns to compare")
+        raise UserError(
+            "test '{kind}': expected the labels of the two columns to compare", kind=test.kind
+        )
     return chosen
 
 

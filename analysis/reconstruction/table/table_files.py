@@ -182,7 +182,9 @@ def read_rows(path: Path) -> list[Row]:
         If the file cannot be read, is not CSV or has an incorrect header.
     """
     if path.suffix.lower() != ".csv":
-        raise UserError(f"{path}: expected a CSV file with one row per column of a published table")
+        raise UserError(
+            "{path}: expected a CSV file with one row per column of a published table", path=path
+        )
     return _csv_rows(_text_of(path), str(path))
 
 
@@ -192,7 +194,10 @@ def _text_of(path: Path) -> str:
     except (OSError, UnicodeDecodeError) as error:
         known = expected_one_of(path, sorted(p.stem for p in SHIPPED.glob("*.toml")))
         raise UserError(
-            f"{path}: cannot be read ({error}); expected a TOML or CSV file, or {known}"
+            "{path}: cannot be read ({error}); expected a TOML or CSV file, or {known}",
+            path=path,
+            error=error,
+            known=known,
         ) from None
 
 
@@ -231,9 +236,11 @@ def _csv_rows(text: str, source: str) -> list[Row]:
     try:
         rows = list(_rows(text))
     except csv.Error as error:
-        raise UserError(f"{source} is not CSV: {error}") from None
+        raise UserError("{source} is not CSV: {error}", source=source, error=error) from None
     if len(rows) < 2:  # noqa: PLR2004 - the header and a row
-        raise UserError(f"{source} has no rows; expected a header and one row per column")
+        raise UserError(
+            "{source} has no rows; expected a header and one row per column", source=source
+        )
     (first, header), *rows = rows
     names = [name.strip() for name in header]
     found = [_row(names, line, cells, place) for place, (line, cells) in enumerate(rows, 1)]

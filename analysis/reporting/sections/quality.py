@@ -147,9 +147,9 @@ def _estimate(value: float) -> str:
 #: `analysis.reporting.individuals`; ``q`` in headings is a placeholder for the quantity.
 OWN_COLUMNS: dict[str, tuple[TableColumn, Callable[[Row], str]]] = {
     "exponent": (TableColumn(title="Exponent"), lambda row: grouped(row["exponent"])),
-    "estimate_at_1_um": (
+    "estimate_at_1_level": (
         TableColumn(title="Power function", unit="at 1 {q.unit} {q.short_convention}"),
-        lambda row: _estimate(row["estimate_at_1_um"]),
+        lambda row: _estimate(row["estimate_at_1_level"]),
     ),
     "growth_function": (
         TableColumn(title="Favoured", left=True),

@@ -32,9 +32,9 @@ def private_folder() -> Path:
         except OSError:
             continue
     raise UserError(
-        "{home}: expected a folder that only you can read and write; remove it, or restrict it "
+        "{folder}: expected a folder that only you can read and write; remove it, or restrict it "
         "to yourself (chmod 700)",
-        home=Path.home() / ".cache" / "slipscale",
+        folder=Path.home() / ".cache" / "slipscale",
     )
 
 

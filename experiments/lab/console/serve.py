@@ -174,8 +174,8 @@ def _certificate(host: str, place: Path) -> tuple[Path, Path]:
     )
     if made.returncode:
         raise UserError(
-            "openssl failed to create a certificate: {splitlines}",
-            splitlines=made.stderr.strip().splitlines()[-1],
+            "openssl failed to create a certificate: {reason}",
+            reason=made.stderr.strip().splitlines()[-1],
         )
     return certificate, key
 

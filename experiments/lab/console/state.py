@@ -43,8 +43,7 @@ class Live:
     Parameters
     ----------
     status : LiveStatus or None
-        None if the session reports no status, because it was started by an older version of
-        Slipscale or its mailbox could not be created.
+        None if the session reports no status, because its mailbox could not be created.
     pilot : bool
         Whether the session is a rehearsal, which is recorded as a pilot.
     left_s : float or None
@@ -170,9 +169,9 @@ def take_snapshot() -> Snapshot:
         if defaults.file is None:
             return Snapshot(
                 problem=Message(
-                    "{cwd}: slipscale.toml is missing; set the folder up on the Settings "
+                    "{folder}: slipscale.toml is missing; set the folder up on the Settings "
                     "page, or restore the file",
-                    cwd=Path.cwd(),
+                    folder=Path.cwd(),
                 )
             )
         study, text = read_study(defaults.study)

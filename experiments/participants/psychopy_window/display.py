@@ -83,9 +83,9 @@ def import_visual() -> Any:
         if type(error).__name__ != "NoSuchDisplayException":
             raise
         raise UserError(
-            "no display responds at DISPLAY={get}. Check that the X server is running and that "
+            "no display responds at DISPLAY={display}. Check that the X server is running and that "
             "this user may use it",
-            get=os.environ.get("DISPLAY"),
+            display=os.environ.get("DISPLAY"),
         ) from None
     logging.console.setLevel(logging.CRITICAL)  # the operator uses the terminal
     return visual

@@ -63,10 +63,10 @@ def faults(scene: Scene) -> Iterator[str]:
     for each in laid:
         if not each.fits:
             yield Message(
-                "{named} is too long for its place on the screen", named=_named(each.content)
+                "{content} is too long for its place on the screen", content=_named(each.content)
             )
         elif max(each.right, -each.left) > HALF_WIDTH or max(each.top, -each.bottom) > HALF_HEIGHT:
-            yield Message("{named} extends beyond the screen", named=_named(each.content))
+            yield Message("{content} extends beyond the screen", content=_named(each.content))
     for one, other in combinations(laid, 2):
         across = min(one.right, other.right) - max(one.left, other.left)
         down = min(one.top, other.top) - max(one.bottom, other.bottom)
@@ -76,9 +76,9 @@ def faults(scene: Scene) -> Iterator[str]:
         if (found := contrast(text.colour, behind)) < LEAST_CONTRAST:
             yield (
                 Message(
-                    "{named}: its contrast is {found:.1f} to 1, expected at least "
+                    "{content}: its contrast is {found:.1f} to 1, expected at least "
                     "{least_contrast:g} to 1",
-                    named=_named(text.content),
+                    content=_named(text.content),
                     found=found,
                     least_contrast=LEAST_CONTRAST,
                 )

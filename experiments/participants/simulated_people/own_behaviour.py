@@ -172,16 +172,15 @@ def load_behaviour(name: str) -> InstalledBehaviour:
     point = installed(PARTICIPANTS).get(name)
     if point is None:
         raise UserError(
-            "simulated person '{name}': no installed package provides it; expected "
-            "{behaviour_names}",
+            "simulated person '{name}': no installed package provides it; expected {available}",
             name=name,
-            behaviour_names=" or ".join(behaviour_names())
+            available=" or ".join(behaviour_names())
             or "the package that provides it to be installed",
         )
     subject = Message(
-        "simulated person '{name}' of the package {package_of}",
+        "simulated person '{name}' of the package {package}",
         name=name,
-        package_of=package_of(point),
+        package=package_of(point),
     )
     kind: object = watched(point, point.load, subject)
     if not (isinstance(kind, type) and issubclass(kind, Behaviour)):

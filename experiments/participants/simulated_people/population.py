@@ -198,16 +198,12 @@ class Population(BaseModel):
     )
 
     @model_serializer(mode="wrap")
-    def _as_before(self, numbers: SerializerFunctionWrapHandler) -> dict[str, object]:
-        # Keys of later versions are omitted if they are empty, so that older pilots can be resumed.
-        content = {
+    def _in_file(self, numbers: SerializerFunctionWrapHandler) -> dict[str, object]:
+        """Return the values with the keys of a file; parameters that are not used are omitted."""
+        return {
             IN_UM if name == "levels" and not self.unit else name: value
             for name, value in numbers(self).items()
-        }
-        return {
-            name: value
-            for name, value in content.items()
-            if value or name not in (OWN, "unit", "effects", "growths", "effect_sds")
+            if value or isinstance(value, float)
         }
 
     @model_validator(mode="after")
@@ -380,9 +376,9 @@ def read_population(name: str) -> Population:
     """
     if name in POPULATIONS and name in behaviour_names():
         raise UserError(
-            "{named}: '{name}' is a shipped population; expected a different name for the entry "
-            "point",
-            named=load_behaviour(name).named,
+            "{behaviour}: '{name}' is a shipped population; expected a different name for the "
+            "entry point",
+            behaviour=load_behaviour(name).named,
             name=name,
         )
     if name in POPULATIONS:
@@ -415,5 +411,7 @@ def _of_package(name: str) -> Population:
     except (TypeError, ValueError) as error:
         message = in_words(error) if isinstance(error, ValidationError) else error
         raise UserError(
-            "{named}: its population is invalid: {message}", named=behaviour.named, message=message
+            "{behaviour}: its population is invalid: {message}",
+            behaviour=behaviour.named,
+            message=message,
         ) from None

@@ -299,9 +299,9 @@ class Respondent:
         time_s: object = behaviour.ask(lambda: person.duration_s(step, usual_s))
         if not isinstance(time_s, int | float) or not 0 <= time_s < math.inf:
             raise UserError(
-                "{named}: the duration of a step is {time_s}; expected a number of seconds, 0 or "
-                "more",
-                named=behaviour.named,
+                "{behaviour}: the duration of a step is {time_s}; expected a number of seconds,"
+                " 0 or more",
+                behaviour=behaviour.named,
                 time_s=repr(time_s),
             )
         return float(time_s)

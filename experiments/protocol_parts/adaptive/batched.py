@@ -52,10 +52,10 @@ class QuestPlusBatch:
             raise UserError("QUEST+: {runs} runs, expected 1 or more", runs=runs)
         if runs * rule.prior.size > LARGEST_BATCH:
             raise UserError(
-                "QUEST+: {runs} runs of {size} combinations of parameters do not fit in memory, "
-                "expected at most {largest_batch} runs at once",
+                "QUEST+: {runs} runs of {combinations} combinations of parameters do not fit in"
+                " memory, expected at most {largest_batch} runs at once",
                 runs=runs,
-                size=rule.prior.size,
+                combinations=rule.prior.size,
                 largest_batch=LARGEST_BATCH // rule.prior.size,
             )
         return cls(rule=rule, posteriors=np.tile(rule.prior, (runs, 1)))

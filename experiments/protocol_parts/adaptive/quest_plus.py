@@ -87,10 +87,10 @@ class QuestPlus:
         weights = self.threshold_weights
         if weights and len(weights) != len(self.threshold_levels):
             raise UserError(
-                "QUEST+: {count} threshold_weights for {count_2} thresholds, expected equal "
+                "QUEST+: {weights} threshold_weights for {thresholds} thresholds, expected equal "
                 "numbers",
-                count=len(weights),
-                count_2=len(self.threshold_levels),
+                weights=len(weights),
+                thresholds=len(self.threshold_levels),
             )
         if weights and not (np.isfinite(weights).all() and min(weights) >= 0 and max(weights) > 0):
             raise UserError(
@@ -100,11 +100,11 @@ class QuestPlus:
         cells = len(self.levels) * int(np.prod(self.shape))
         if cells > LARGEST_GRID:
             raise UserError(
-                "QUEST+: {count} levels times {cells} combinations of parameters are {cells_2} "
-                "cells, more than {largest_grid}; use coarser grids",
-                count=len(self.levels),
-                cells=cells // len(self.levels),
-                cells_2=cells,
+                "QUEST+: {levels} levels times {combinations} combinations of parameters are "
+                "{cells} cells, more than {largest_grid}; use coarser grids",
+                levels=len(self.levels),
+                combinations=cells // len(self.levels),
+                cells=cells,
                 largest_grid=LARGEST_GRID,
             )
 
@@ -219,10 +219,10 @@ class QuestPlusTrack:
         total = posterior.sum()
         if not total > 0:
             raise UserError(
-                "QUEST+: no combination of parameters allows {given} answer at {levels:g}; allow "
+                "QUEST+: no combination of parameters allows {answer} answer at {level:g}; allow "
                 "lapses above 0",
-                given="a correct" if correct else "a wrong",
-                levels=self.rule.levels[level_index],
+                answer="a correct" if correct else "a wrong",
+                level=self.rule.levels[level_index],
             )
         return type(self)(
             rule=self.rule, posterior=_frozen(posterior / total), trials=self.trials + 1
@@ -259,8 +259,8 @@ def _check_grid(name: str, values: Sequence[float], *, lowest: float) -> None:
         raise UserError("QUEST+: {name} must be finite and ascending", name=name)
     if array[0] < lowest:
         raise UserError(
-            "QUEST+: {name} begins at {array:g}, expected {given}",
+            "QUEST+: {name} begins at {first:g}, expected {expected}",
             name=name,
-            array=array[0],
-            given="0 or more" if lowest == 0 else "above 0",
+            first=array[0],
+            expected="0 or more" if lowest == 0 else "above 0",
         )

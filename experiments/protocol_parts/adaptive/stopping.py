@@ -40,9 +40,9 @@ class Stopping:
     def __post_init__(self) -> None:
         if not 1 <= self.most_trials <= MOST_TRIALS:
             raise UserError(
-                "stopping: most_trials is {most_trials}, expected 1 to {most_trials_2}",
+                "stopping: most_trials is {most_trials}, expected 1 to {limit}",
                 most_trials=self.most_trials,
-                most_trials_2=MOST_TRIALS,
+                limit=MOST_TRIALS,
             )
         if not 1 <= self.least_trials <= self.most_trials:
             raise UserError(
@@ -63,10 +63,10 @@ class Stopping:
         # The first step cannot be a reversal, so n reversals take at least n + 1 steps.
         if self.reversals is not None and self.reversals >= self.most_trials:
             raise UserError(
-                "stopping: {reversals} reversals take at least {reversals_2} trials, but "
+                "stopping: {reversals} reversals take at least {least_trials} trials, but "
                 "most_trials is {most_trials}: this rule could never stop",
                 reversals=self.reversals,
-                reversals_2=self.reversals + 1,
+                least_trials=self.reversals + 1,
                 most_trials=self.most_trials,
             )
 
@@ -84,9 +84,9 @@ class Stopping:
         if wanted is not None and known is not None and known <= wanted:
             raise UserError(
                 "stopping: threshold_sd_log10 is {wanted:g}, but the grid of thresholds has a "
-                "spread of {known:.3g} before any answer; expected a smaller value",
+                "spread of {spread:.3g} before any answer; expected a smaller value",
                 wanted=wanted,
-                known=known,
+                spread=known,
             )
 
     def reason(self, progress: Progress) -> str | None:

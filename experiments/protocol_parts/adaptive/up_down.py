@@ -103,10 +103,10 @@ class UpDown:
         if max(self.steps_up) > span:
             unit = "" if self.scale == "linear" else " decades"
             raise UserError(
-                "{where}: a step up of {max:g}{unit} is larger than the whole range of levels "
-                "({span:.3g}{unit})",
+                "{where}: a step up of {largest_step:g}{unit} is larger than the whole range of"
+                " levels ({span:.3g}{unit})",
                 where=where,
-                max=max(self.steps_up),
+                largest_step=max(self.steps_up),
                 unit=unit,
                 span=span,
             )

@@ -344,12 +344,12 @@ class SerialBoard(PlateDriver):
         ):
             raise WrongDevice(
                 "{port}: the board drives {frequency_min_hz:g} to {frequency_max_hz:g} Hz, but "
-                "the plate's limits are {ours_frequency_min_hz:g} to {ours_frequency_max_hz:g} Hz",
+                "the plate's limits are {limit_min_hz:g} to {limit_max_hz:g} Hz",
                 port=self.port,
                 frequency_min_hz=board.frequency_min_hz,
                 frequency_max_hz=board.frequency_max_hz,
-                ours_frequency_min_hz=ours.frequency_min_hz,
-                ours_frequency_max_hz=ours.frequency_max_hz,
+                limit_min_hz=ours.frequency_min_hz,
+                limit_max_hz=ours.frequency_max_hz,
             )
         self.limits = replace(
             ours,

@@ -170,9 +170,9 @@ class BoardLink:
         if reply.code != wire.OK:
             fault = REFUSALS.get(reply.code, PlateRefused)
             raise fault(
-                "the board refused {word}: {reply_value} ({code})",
+                "the board refused {word}: {reason} ({code})",
                 word=_word(body),
-                reply_value=reply.value,
+                reason=reply.value,
                 code=reply.code,
                 level_free=not any(character.isdigit() for character in reply.value),
             )

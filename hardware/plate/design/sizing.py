@@ -172,9 +172,12 @@ def design(brief: Brief) -> Design:
     if solved.relative_friction < 0:
         carried_n = wanted.normal_force_n * (1 - float(solved.relative_friction))
         raise UserError(
-            f"requirements.normal_force_n: at {wanted.amplitude_um_peak:g} µm peak, the film "
-            f"carries {carried_n:.2g} N, more than the finger's {wanted.normal_force_n:g} N; "
-            "expected a larger force, a smaller amplitude_um_peak or a rougher plate"
+            "requirements.normal_force_n: at {amplitude_um_peak:g} µm peak, the film carries "
+            "{carried_n:.2g} N, more than the finger's {normal_force_n:g} N; expected a larger "
+            "force, a smaller amplitude_um_peak or a rougher plate",
+            amplitude_um_peak=wanted.amplitude_um_peak,
+            carried_n=carried_n,
+            normal_force_n=wanted.normal_force_n,
         )
     return Design(
         frequency_min_hz=floor,
@@ -260,7 +263,7 @@ def drawn_layout(brief: Brief, plate: DrawnPlate) -> Layout:
             **_layers(brief),
         )
     except UserError as error:
-        raise UserError(f"plate {plate.name!r}: {error}") from error
+        raise UserError("plate {plate!r}: {error}", plate=plate.name, error=error) from error
 
 
 def _layers(brief: Brief) -> dict[str, Any]:

@@ -108,7 +108,9 @@ def solve_drawn(brief: Brief, plate: DrawnPlate, density: Density) -> tuple[Mode
     found = replace(found, band_hz=plate.band_hz)
     resonance_hz = float(found.frequency_hz[found.driven])
     if not low_hz <= resonance_hz <= high_hz:
-        raise UserError(f"plate {plate.name!r}: no mode is within band_hz, expected a wider band")
+        raise UserError(
+            "plate {plate!r}: no mode is within band_hz, expected a wider band", plate=plate.name
+        )
     voltage_v, loss = brief.requirements.voltage_v, 1 / layout.ceramic.quality_factor
     response = harmonic(found, voltage_v=voltage_v, where_mm=plate.finger_at_mm)
     _, on_top_um_peak = surface_response_um(found, response.peak_hz, voltage_v, loss)
@@ -191,8 +193,9 @@ def placed(brief: Brief, plate: DrawnPlate) -> Layout:
     layout = drawn_layout(brief, plate)
     if not layout.outline.holds(*np.array(plate.finger_at_mm)[:, None])[0]:
         raise UserError(
-            f"plate {plate.name!r}: finger_at_mm is {list(plate.finger_at_mm)}; expected a "
-            "position on the plate"
+            "plate {plate!r}: finger_at_mm is {finger_at_mm}; expected a position on the plate",
+            plate=plate.name,
+            finger_at_mm=list(plate.finger_at_mm),
         )
     return layout
 

@@ -29,7 +29,7 @@ def test_every_participant_has_an_exponent_and_a_d_prime_of_their_own(dataset, p
     logs = analysis.prepared.logs.loc["sub-03", [0.5, 1.2, 2.3]]
     line = stats.linregress(np.log(cells.index.to_numpy(float)), logs)
     assert own.loc["sub-03", "exponent"] == pytest.approx(line.slope)
-    assert own.loc["sub-03", "estimate_at_1_um"] == pytest.approx(np.exp(line.intercept))
+    assert own.loc["sub-03", "estimate_at_1_um_pp"] == pytest.approx(np.exp(line.intercept))
     assert own["exponent"].mean() == pytest.approx(analysis.inference.power_law.exponent)
     assert own.loc["sub-04", ["hits", "changes", "false_alarms", "catches"]].tolist() == [1] * 4
     assert own.loc["sub-04", "d_prime"] == pytest.approx(0)

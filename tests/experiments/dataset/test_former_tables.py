@@ -11,7 +11,7 @@ from slipscale.experiments.dataset.merging import merge
 from slipscale.experiments.dataset.verification import verify
 from slipscale.experiments.study.file import study_text
 from slipscale.faults import UserError
-from tools.torture.upkeep import QUESTIONNAIRE
+from tools.campaigns.torture.upkeep import QUESTIONNAIRE
 
 TABLE = "sub-01/beh/sub-01_task-magnitudeestimation_run-01_beh.tsv"
 SHARED = ("participants.tsv", "phenotype/habits.tsv")

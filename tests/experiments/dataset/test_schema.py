@@ -22,7 +22,7 @@ from slipscale.experiments.study.file import study_text
 from slipscale.experiments.study.person_questions import TAKEN
 from slipscale.faults import UserError
 from slipscale.stimuli.quantity import PLATE_AMPLITUDE
-from tools.torture.pilots import EVERY_OPTION
+from tools.campaigns.torture.pilots import EVERY_OPTION
 
 # The shipped study that has a protocol, where its name is another.
 STUDIES = {"descending_difference": "biet2007", "magnitude_estimation": "biet2007"}

@@ -5,7 +5,6 @@ import pytest
 from slipscale.experiments.dataset.rows_from_journal import gather
 from slipscale.experiments.dataset.schema import columns
 from slipscale.experiments.journal.plan_and_progress import read_plan
-from slipscale.experiments.journal.serialisation import step_record
 from slipscale.experiments.protocol_parts.simulated_answers import misfit
 from slipscale.experiments.protocols.matching import Matching
 from slipscale.experiments.running.rehearsal import dry_run
@@ -131,10 +130,6 @@ def test_a_simulated_person_asks_only_for_what_can_be_felt():
     offered = (Present(surface=None), Explore(text="stroke"))
     assert misfit(adjust(offered), FEEL_AGAIN) is None
     assert "expected a whole number of notches" in misfit(adjust(None), FEEL_AGAIN)
-
-
-def test_the_record_of_an_adjustment_without_it_is_that_of_older_journals():
-    assert "again" not in step_record(adjust(None))
 
 
 def test_simulated_people_feel_the_reference_again_in_some_of_their_matches(laboratory, plan):

@@ -8,7 +8,7 @@ from slipscale.experiments.journal.plan_and_progress import last_plate, read_pla
 from slipscale.experiments.running.pilot import pilot_plans, run_pilot, run_simulated
 from slipscale.faults import UserError
 from tests.support.board_sessions import STUDY
-from tools.torture.pilots import content
+from tools.campaigns.torture.pilots import content
 
 
 @pytest.fixture

@@ -46,11 +46,6 @@ def test_a_new_run_has_a_number_because_the_analysis_reads_no_other_runs(run):
         make_plan("biet2007", participant="01", run=run)
 
 
-def test_a_run_with_letters_that_an_earlier_version_recorded_is_still_read(tmp_path, plan):
-    run_simulated(tmp_path, plan(run="A"), "mock")
-    assert run_state(plan(run="A").journal_path(tmp_path)) == "complete"
-
-
 @pytest.mark.parametrize(
     "labels, said",
     [

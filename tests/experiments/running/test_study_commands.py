@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from slipscale.commands import main
+from slipscale.experiments.lab.console.page_texts import Words
 from slipscale.experiments.protocols.magnitude_estimation import MagnitudeEstimation
 from slipscale.experiments.running.balance import order_balance, task_balance
 from slipscale.experiments.running.pilot import pilot_plans
@@ -57,6 +58,22 @@ def test_unequal_transitions_are_named():
         "williams: 3 blocks in 3 runs do not fill complete squares of 6 rows; within blocks "
         "c then a comes 1 time; a then b comes 2 times; b then c comes 3 times; "
         "the other 3 transitions 0 times; 6 participants, or a multiple of 6, would be balanced"
+    )
+
+
+def test_the_balance_is_told_in_the_readers_language():
+    options = MagnitudeEstimation(protocol="magnitude_estimation", randomisation="williams")
+    balance = order_balance(options, "abc", [["abc"], ["abc"], ["bca"]])
+    assert Words("fr").say(balance).replace("\N{NO-BREAK SPACE}", " ") == (
+        "williams : 3 blocs en 3 passages ne remplissent pas de carrés complets de 6 lignes ; "
+        "dans les blocs, c puis a vient 1 fois ; a puis b vient 2 fois ; b puis c vient 3 fois ; "
+        "les autres (3 transitions) 0 fois ; 6 participants, "
+        "ou un multiple de 6, seraient équilibrés"
+    )
+    tasks = Words("fr").say(task_balance("aba")).replace("\N{NO-BREAK SPACE}", " ")
+    assert tasks == (
+        "ordre des tâches : a en premier dans 2 passages, b en premier dans 1 passage ; un nombre "
+        "pair de passages serait équilibré"
     )
 
 

@@ -81,9 +81,9 @@ def test_what_is_said_is_typed_by_the_operator_and_the_data_say_so(laboratory, p
         assert (row["estimate"], row["response_time_source"]) == ("42.5", "operator")
         assert float(row["response_time"]) == 0.5
     steps = [record.data["what"] for record in laboratory.records(made, "begin")]
-    by = {step["name"]: step.get("by") for step in steps if step["type"] == "Ask"}
+    by = {step["name"]: step["by"] for step in steps if step["type"] == "Ask"}
     assert by["estimate"] == by["scale_top"] == "operator"
-    assert by["difference_felt"] is by["verbal_report"] is None
+    assert by["difference_felt"] == by["verbal_report"] == "participant"
 
 
 def test_what_is_no_number_is_said_kept_and_typed_again(laboratory, plan):

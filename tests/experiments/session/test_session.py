@@ -249,7 +249,8 @@ def test_no_message_of_a_fault_names_the_amplitude_to_a_blinded_operator(laborat
         laboratory.run(operator=operator)
     stops = [record.data["reason"] for record in laboratory.records() if record.kind == "stop"]
     events = summary(make_plan().journal_path(laboratory.folder)).events
-    shown = [status.message for status in operator.told] + [event.words for event in events]
+    shown = [status.message for status in operator.told]
+    shown += [text for event in events for text in (event.words, event.detail)]
     assert stops
     for text in (*shown, *stops, str(ended.value)):
         assert "1.2" not in text
@@ -673,7 +674,7 @@ def test_a_participant_goes_back_and_the_corrected_answers_count(laboratory, tmp
     assert given[:4] == asked
     (wanted,), (again,) = (laboratory.records(kind=k) for k in ("ask_again", "answered_again"))
     assert wanted.data["what"] == again.data["what"]
-    assert "back" not in wanted.data["what"]  # journals of earlier versions can be resumed
+    assert wanted.data["what"]["back"] is False
     build_dataset(laboratory.folder)
     people = (whole / "participants.tsv").read_text()
     assert again.data["answer"]["value"] in people

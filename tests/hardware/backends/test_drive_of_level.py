@@ -19,7 +19,7 @@ from slipscale.hardware.limits import PlateLimits
 from slipscale.stimuli.quantity import made_by_plate
 from slipscale.stimuli.surface import VirtualSurface
 from tests.support.local_line import LocalLine
-from tools.output_states.rigs import Audio, AudioClock
+from tools.campaigns.output_states.rigs import Audio, AudioClock
 
 PP, RMS = (made_by_plate("voltage", "V", each) for each in ("peak to peak", "RMS"))
 ACCELERATION = made_by_plate("acceleration", "m/s²", "RMS")

@@ -1,5 +1,6 @@
 import csv
 import datetime as dt
+import json
 import math
 from dataclasses import replace
 from typing import get_args
@@ -400,7 +401,12 @@ WORDS = ["plate", "calibrate", "--by", "T. Ester", "--instrument", "OFV-505, 2 �
 def test_the_command_writes_a_file_and_a_plot(tmp_path, capsys):
     out = tmp_path / "plate.toml"
     assert commands.main([*WORDS, "--out", str(out)]) == 0
-    assert "resonance  30497.8 ± 2.3 Hz" in capsys.readouterr().out
+    printed = capsys.readouterr().out
+    assert "resonance  30497.8 ± 2.3 Hz" in printed
+    assert f"wrote      {out} and {out.with_suffix('.png')}" in printed
+    assert commands.main([*WORDS, "--measure-only", "--json"]) == 0
+    result = json.loads(capsys.readouterr().out)
+    assert (round(result["resonance"]["frequency_hz"], 1), result["file"]) == (30497.8, None)
     assert read_calibration(out).made.instrument == "OFV-505, 2 µm/V"
     assert out.with_suffix(".png").read_bytes().startswith(b"\x89PNG")
 

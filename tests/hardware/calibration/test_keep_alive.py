@@ -42,7 +42,7 @@ def test_what_vibrates_is_kept_alive_until_a_line_was_typed(keyboard, capsys):
 
     assert typed("reading: ", alive) == "1,2"
     assert len(calls) >= 4
-    assert capsys.readouterr().out == "reading: "
+    assert capsys.readouterr().out == "reading: \n"  # input that is not a terminal is not shown
 
 
 def test_lines_typed_ahead_answer_one_question_each(keyboard):

@@ -21,9 +21,9 @@ from slipscale.hardware.emulator.firmware import Board
 from slipscale.hardware.errors import ConnectionLost
 from slipscale.hardware.plate.dynamics import FingerLoad
 from slipscale.hardware.plate.twin import Twin
-from tools.wrong_boards.variants import GUIDED_ONLY, WRONG
-from tools.wrong_boards.verdicts import guided_departures
-from tools.wrong_boards.virtual_line import Operator, VirtualLine
+from tools.campaigns.wrong_boards.variants import GUIDED_ONLY, WRONG
+from tools.campaigns.wrong_boards.verdicts import guided_departures
+from tools.campaigns.wrong_boards.virtual_line import Operator, VirtualLine
 
 
 def departures(board):
@@ -82,7 +82,7 @@ def test_a_board_that_departs_is_a_no(host, capsys):
     assert "departs         the board answers and reports its limits" in capsys.readouterr().out
 
 
-# Of each kind of wrong board a rule that finds it; `python -m tools.wrong_boards` runs all on all.
+# Of each kind of wrong board a rule that finds it; the campaign wrong_boards runs all on all.
 FOUND_BY = {
     "AnswersTwice": "a correct frame gets one answer",
     "ContentWatchdog": "the watchdog silences the plate when no correct frame arrives",

@@ -12,7 +12,7 @@ from slipscale.hardware.conformance.table import examine
 from slipscale.hardware.errors import PlateTimeout
 from slipscale.stimuli.surface import VirtualSurface
 from slipscale.stimuli.texture import Grating
-from tools.wrong_boards.virtual_line import VirtualLine
+from tools.campaigns.wrong_boards.virtual_line import VirtualLine
 
 SOURCE = Path(__file__).with_name("third_board.c")
 TEXTURE = Grating(

@@ -7,7 +7,7 @@ from typing import Annotated
 
 from pydantic import Field
 
-from slipscale.experiments.lab.console.actions.calibrating import made_calibration, measured_so_far
+from slipscale.experiments.lab.console.actions.calibrating import measured_so_far, result_in
 from slipscale.experiments.lab.console.actions.desk import Actions, Desk
 from slipscale.experiments.lab.console.actions.forms import Form, Nothing, unused
 from slipscale.experiments.lab.console.jobs import HELD, Job
@@ -83,7 +83,7 @@ def _calibrate(desk: Desk, request: Calibrate) -> str:
         words.append("--changed-plate")
     spec = without_calibration(found.defaults.plate)
     out = ("--out", str(unused("calibration-{}.toml"))) if request.keep else ("--measure-only",)
-    words = ["plate", "calibrate", f"--plate={spec}", *words, *out, "--steps"]
+    words = ["plate", "calibrate", f"--plate={spec}", *words, *out, "--steps", "--json"]
     desk.jobs.start("calibrate", "the calibration", *words)
     return "calibrating"
 
@@ -134,14 +134,14 @@ def _release(desk: Desk, _: Nothing) -> str:
 def _adopt(desk: Desk, _: Nothing) -> str:
     desk.free()
     job = desk.jobs.last("calibrate")
-    made, lab = made_calibration(job.said()) if job else "", read_lab(Path())
-    if not made or lab is None:
+    made, lab = result_in(job.said()) if job else None, read_lab(Path())
+    if made is None or made.file is None or lab is None:
         raise UserError("no calibration has been made since this console was started")
     spec = without_calibration(lab.plate)
-    spec += f"{',' if ':' in spec else ':'}calibration={made}"
+    spec += f"{',' if ':' in spec else ':'}calibration={made.file}"
     write_settings(Path(), lab.model_copy(update={"plate": spec}))
     desk.now()
-    return Message("saved: the laboratory folder's plate now uses {made}", made=made)
+    return Message("saved: the laboratory folder's plate now uses {file}", file=made.file)
 
 
 def _emulator(desk: Desk, _: Nothing) -> str:

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Sequence
+from contextlib import suppress
 from typing import NamedTuple
 
+from slipscale.hardware.calibration.result import Result
 from slipscale.hardware.calibration.sweep import COARSE_POINTS, FINE_POINTS, VOLTAGE_POINTS
 from slipscale.hardware.cli.calibrate import ASKED, BACK
 
@@ -52,11 +53,9 @@ def measured_so_far(steps: Sequence[str]) -> Measured:
     return found
 
 
-def made_calibration(said: str) -> str:
-    """Return the file that a finished calibration wrote; empty if there is none.
-
-    >>> made_calibration("wrote      calibration-1.toml and calibration-1.png")
-    'calibration-1.toml'
-    """
-    written = re.search(r"^wrote\s+(\S+\.toml) and ", said, re.MULTILINE)
-    return written[1] if written else ""
+def result_in(said: str) -> Result | None:
+    """Return the result that a calibration printed after its questions; None if there is none."""
+    for line in said.splitlines()[-1:]:
+        with suppress(ValueError):
+            return Result.model_validate_json(line)
+    return None

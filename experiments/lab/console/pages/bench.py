@@ -13,14 +13,15 @@ from slipscale.experiments.lab.console.actions.bench import TYPED
 from slipscale.experiments.lab.console.actions.calibrating import (
     IN_ALL,
     OF_FREQUENCY,
-    made_calibration,
     measured_so_far,
+    result_in,
 )
 from slipscale.experiments.lab.console.jobs import HELD, Job
 from slipscale.experiments.lab.console.pages.view import View, failure
 from slipscale.experiments.lab.console.plots import WIDE
 from slipscale.faults import RigError, UserError, harmless
 from slipscale.faults.message import Message, from_data
+from slipscale.hardware.calibration.result import result_of
 from slipscale.hardware.calibration.sweep import SweepPlan
 from slipscale.hardware.cli.calibrate import BACK
 from slipscale.hardware.clock import VirtualClock
@@ -53,7 +54,7 @@ def bench(view: View) -> dict[str, object]:
     running = next((kind for kind in HELD if (job := jobs.last(kind)) and job.running), "")
     calibration, surface = jobs.last("calibrate"), jobs.last("surface")
     measured = measured_so_far(calibration.steps() if calibration else ())
-    points, calibrated, readings = measured.points, _said(calibration), _readings(surface)
+    points, readings = measured.points, _readings(surface)
     emulator = jobs.last("emulator")
     return {
         "running": running,
@@ -69,9 +70,8 @@ def bench(view: View) -> dict[str, object]:
         "in_all": IN_ALL,
         "resonance": _axis([(hz, um) for hz, _, um in points[:OF_FREQUENCY]]),
         "gain": _axis([(volts, um) for _, volts, um in points[OF_FREQUENCY:]]),
-        "calibrated": calibrated,
+        "calibrated": result_in(calibration.said()) if calibration else None,
         "calibrate_failed": _failed(calibration),
-        "made": made_calibration("\n".join(calibrated)),
         "verdicts": _verdicts(jobs.last("conform")),
         "conform_failed": _failed(jobs.last("conform")),
         "readings": _axis(readings),
@@ -111,13 +111,7 @@ def _files(plate: PlateDriver) -> dict[str, object]:
             "date": made.made.date.isoformat(),
             "by": made.made.by,
             "instrument": made.made.instrument,
-            "resonance": f"{made.resonance.frequency_hz:.1f} Hz",
-            "quality": f"{made.resonance.quality_factor:.1f}",
-            "gain": Message(
-                "{um_pp_per_v:.4f} µm p-p / {voltage_convention}",
-                um_pp_per_v=made.gain.um_pp_per_v,
-                voltage_convention=made.drive.voltage_convention,
-            ),
+            **result_of(made).facts,
         }
         if made
         else {},
@@ -132,13 +126,6 @@ def _axis(points: Sequence[tuple[float, float]]) -> Axis | None:
     left, right, top = min(xs), max(xs), max(*ys, 1e-9)
     placed = tuple((WIDE.x((x - left) / (right - left or 1.0)), WIDE.y(y / top)) for x, y in points)
     return Axis(placed, (f"{left:g}", f"{right:g}"), f"{top:.2f}")
-
-
-def _said(job: Job | None) -> list[str]:
-    """Return the lines printed by a job, or an empty list if it has not succeeded."""
-    over = job is not None and job.status == 0
-    # The prompts for typed readings do not end with a line feed.
-    return job.said().rpartition("µm peak to peak: ")[2].splitlines() if job and over else []
 
 
 def _failed(job: Job | None) -> str:

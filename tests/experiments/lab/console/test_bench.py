@@ -6,6 +6,7 @@ import signal
 import subprocess
 import sys
 import time
+from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
@@ -15,12 +16,31 @@ from slipscale.experiments.lab.console.actions.calibrating import measured_so_fa
 from slipscale.experiments.lab.console.jobs import Jobs
 from slipscale.experiments.lab.console.page_texts import catalogue
 from slipscale.experiments.lab.folder import read_lab
+from slipscale.hardware.calibration.record import Gain, Resonance
+from slipscale.hardware.calibration.result import Result
 from slipscale.hardware.plate_file import Identity
 from tests.support.reported_plate import ReportedPlate
 
 PATIENCE_S = 300
 TYPED = ("plate", "calibrate", "--plate=mock", "--prompt", "--steps", "--measure-only")
 WATCH = ("plate", "watch", "mock", "--amplitude=1", "--every=0.2")
+FIT = Resonance(
+    frequency_hz=30497.8,
+    frequency_ci95_hz=2.3,
+    quality_factor=80.1,
+    quality_factor_ci95=0.4,
+    residual_um=0.01,
+)
+LINE = Gain(
+    um_pp_per_v=0.186,
+    um_pp_per_v_ci95=0.001,
+    residual_um=0.01,
+    voltage_max_v=16.0,
+    amplitude_max_um_pp=2.98,
+)
+RESULT = Result(
+    resonance=FIT, gain=LINE, voltage_convention="V peak", file=Path("c-1.toml")
+).model_dump_json()
 ASKED = {"by": "Ada", "instrument": "LDV"}
 
 
@@ -74,9 +94,9 @@ def test_each_action_starts_the_plates_own_command(visitor, lab):
     assert visitor.jobs.started == [
         ("surface", "plate", "watch", "serial:COM9", "--amplitude=1.2", "--every=0.2"),
         ("conform", "plate", "conform", "serial:COM9"),
-        (*calibrate, *measured, "--out", "calibration-2.toml", "--steps"),
-        (*calibrate, *read, "--measure-only", "--steps"),
-        (*calibrate, *typed, "--measure-only", "--steps"),
+        (*calibrate, *measured, "--out", "calibration-2.toml", "--steps", "--json"),
+        (*calibrate, *read, "--measure-only", "--steps", "--json"),
+        (*calibrate, *typed, "--measure-only", "--steps", "--json"),
     ]
 
 
@@ -96,13 +116,16 @@ def test_what_a_calibration_measured_is_plotted_and_its_file_is_used(visitor, la
     assert (resonance.count("<circle"), gain.count("<circle")) == (124, 2)
     assert 'cx="630.0" cy="10.0"' in gain  # 3 µm at 16 V is the frame's corner
     assert visitor.ask("adopt")[0] == 409
-    said(
-        visitor,
-        "calibrate",
-        "1 Hz: type in µm peak to peak: gain  0.18\nwrote      c-1.toml and c-1.png\n",
-    )
-    assert "Use this calibration" in words_of(visitor.see("/bench"))
-    assert "1 Hz" not in visitor.see("/bench")
+    said(visitor, "calibrate", f"1 Hz: type in µm peak to peak: \n{RESULT}\n")
+    page = words_of(visitor.see("/bench"))
+    assert "Use this calibration" in page
+    assert "resonance 30497.8 ± 2.3 Hz" in page
+    assert "range 0 to 2.980 µm p-p (16 V peak)" in page
+    assert "1 Hz: type" not in page
+    page = words_of(visitor.see("/bench", **{"accept-language": "fr"}))
+    assert "résonance 30497,8 ± 2,3 Hz" in page
+    assert "gain 0,18600 ± 0,00100 µm crête à crête par V crête" in page
+    assert "0 à 2,980 µm crête à crête (16 V crête)" in page
     assert visitor.ask("adopt")[0] == 200
     assert read_lab(lab).plate == "serial:COM9,calibration=c-1.toml"
 

@@ -5,6 +5,7 @@ import pytest
 from slipscale.experiments.dataset.bids import build_dataset
 from slipscale.experiments.dataset.hand_exclusions import excluded_by_hand
 from slipscale.experiments.dataset.withdrawn import withdrawn
+from slipscale.hardware.errors import ConnectionLost, NotReached
 
 
 def test_runs_flags_events_and_consent_are_shown_without_an_answer(visitor, recorded, words_of):
@@ -33,6 +34,22 @@ def test_notes_and_faults_of_a_run_are_listed_with_their_time(visitor, session, 
     page = words_of(visitor.see("/person?label=02"))
     assert "note a door &lt;slammed&gt;" in page
     assert "fault TRIP" in page
+
+
+def test_a_recorded_fault_is_shown_in_the_readers_language_unless_it_may_tell_a_level(
+    visitor, session, status, words_of
+):
+    shown = ConnectionLost("{port}: the board restarted, so its output is off", port="COM9")
+    withheld = NotReached("the plate makes {level} µm", level=1.2)
+    with session(status) as (_, journal):
+        for fault in (shown, withheld):
+            journal.write("fault", **fault.record())
+    english = words_of(visitor.see("/person?label=02"))
+    assert "the connection was lost: COM9: the board restarted, so its output is off" in english
+    french = words_of(visitor.see("/person?label=02", **{"accept-language": "fr"}))
+    assert "COM9 : la carte a redémarré, sa sortie est coupée" in french
+    for page in (english, french):
+        assert "1.2" not in page
 
 
 def test_an_exclusion_by_hand_is_written_shown_and_taken_back(visitor, recorded, words_of):

@@ -9,20 +9,17 @@ guarantee does not hold.
 
 from __future__ import annotations
 
-import argparse
 import os
 import re
 import subprocess
 import sys
 import time
+from argparse import ArgumentParser, Namespace
 from collections.abc import Sequence
 from dataclasses import dataclass
-from datetime import UTC, datetime
 from pathlib import Path
 
-from tools.page_figures import put
-
-ROOT = Path(__file__).parents[1]
+ROOT = Path(__file__).parents[2]
 PAGE = ROOT / "docs" / "validation" / "index.md"
 ROW = re.compile(r"\| (?P<promise>[^|]+) \| `(?P<command>[^`|]+)` \|")
 # pytest's summary; a run without tests proves nothing.
@@ -87,13 +84,14 @@ def summary(results: Sequence[Shown]) -> str:
     return "\n".join([said, *(f"Does not hold: {text}" for text in failed)])
 
 
-def main(words: list[str] | None = None) -> int:
-    """Check the guarantees; return 1 if one does not hold."""
-    parser = argparse.ArgumentParser(prog="reliability", description="Check every guarantee.")
+def add_arguments(parser: ArgumentParser) -> None:
+    """Add the arguments of the campaign."""
     parser.add_argument("--line", type=int, action="append", help="guarantee to check, from 1")
     parser.add_argument("--list", action="store_true", help="list guarantees and commands")
-    parser.add_argument("--write", action="store_true", help="update the documentation page")
-    args = parser.parse_args(words)
+
+
+def run(args: Namespace) -> tuple[int, str]:
+    """Check the guarantees; return 1 if one does not hold."""
     every = list(enumerate(promises(), 1))
     chosen = [(number, each) for number, each in every if not args.line or number in args.line]
     results = []
@@ -108,14 +106,7 @@ def main(words: list[str] | None = None) -> int:
         tests = "" if result.passed is None else f", {result.passed} tests"
         print(f"{head}\n      {word}, {result.seconds:.0f} s{tests}", flush=True)
     if not results:
-        return 0
+        return 0, ""
     text = summary(results)
     print(text)
-    if args.write:
-        day = datetime.now(UTC).date()
-        put("make reliability", f"Last run ({day}, `make reliability`): {text}\n")
-    return 0 if all(result.holds for result in results) else 1
-
-
-if __name__ == "__main__":
-    sys.exit(main())
+    return int(not all(result.holds for result in results)), text

@@ -18,7 +18,7 @@ from slipscale.experiments.journal.journal import Journal
 from slipscale.experiments.journal.reading import read_whole
 from slipscale.faults import UserError
 from slipscale.hardware.clock import VirtualClock
-from tools.torture.pilots import Outcome, folder
+from tools.campaigns.torture.pilots import Outcome, folder
 
 if TYPE_CHECKING:
     from slipscale.experiments.study.run_plan import RunPlan

@@ -2,7 +2,7 @@
 
 A kill is simulated by an exception that Slipscale does not catch. Afterwards, the session can no
 longer write to the disk. This is fast, so a run can be killed at every record. For processes that
-receive SIGKILL, see `tools.torture.system_calls`.
+receive SIGKILL, see `tools.campaigns.torture.system_calls`.
 """
 
 from __future__ import annotations

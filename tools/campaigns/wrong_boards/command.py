@@ -1,22 +1,26 @@
 """Test the conformance kit with deliberately faulty boards.
 
-Usage: ``python -m tools.wrong_boards`` (some minutes). Prints, for each kind of faulty board, which
-protocol rules and which guided tests detect it. The exit status is 1 if neither detects a kind, or
-if the correct board violates a rule.
+Usage: ``python -m tools.campaigns wrong_boards`` (some minutes). Prints, for each kind of faulty
+board, which protocol rules and which guided tests detect it. The exit status is 1 if neither
+detects a kind, or if the correct board violates a rule.
 
 Each kind is a variant of the emulated board, in virtual time.
 """
 
 from __future__ import annotations
 
-import sys
+from argparse import ArgumentParser, Namespace
 
 from slipscale.hardware.emulator.firmware import Board
-from tools.wrong_boards.variants import WRONG, NoOnTimeLimit
-from tools.wrong_boards.verdicts import departures, guided_departures
+from tools.campaigns.wrong_boards.variants import WRONG, NoOnTimeLimit
+from tools.campaigns.wrong_boards.verdicts import departures, guided_departures
 
 
-def main() -> int:
+def add_arguments(_: ArgumentParser) -> None:
+    """Add no arguments."""
+
+
+def run(_: Namespace) -> tuple[int, str]:
     """Run the campaign."""
     unfound = 0
     kinds: tuple[type[Board], ...] = (Board, *WRONG)
@@ -32,8 +36,4 @@ def main() -> int:
             for rule, detail in list(rules.items())[:3]:
                 print(f"    {part:<7} {rule}: {detail[:110]}")
     print(f"{len(WRONG)} kinds of faulty board, {unfound} wrong verdicts")
-    return int(unfound > 0)
-
-
-if __name__ == "__main__":
-    sys.exit(main())
+    return int(unfound > 0), ""

@@ -19,7 +19,7 @@ from slipscale.experiments.running.pilot import pilot_plans, run_simulated
 from slipscale.experiments.study.file import shipped_studies
 from slipscale.faults import UserError
 from slipscale.hardware import registry
-from tools.torture.disk_faults import FAULTS, GONE, Disk, Killed, below_the_journal
+from tools.campaigns.torture.disk_faults import FAULTS, GONE, Disk, Killed, below_the_journal
 
 if TYPE_CHECKING:
     from slipscale.experiments.study.run_plan import RunPlan

@@ -32,7 +32,7 @@ from slipscale.hardware.plate.dynamics import NO_FINGER, FingerLoad
 from slipscale.hardware.plate.twin import Twin
 from slipscale.hardware.records import Output
 from tests.support.local_line import LocalLine
-from tools.wrong_boards.virtual_line import VirtualLine
+from tools.campaigns.wrong_boards.virtual_line import VirtualLine
 
 if TYPE_CHECKING:
     from slipscale.hardware.driver import PlateDriver

@@ -28,8 +28,8 @@ from slipscale.experiments.dataset.withdrawn import RECORD, pending, withdrawn
 from slipscale.experiments.journal.journal import FALLBACK
 from slipscale.experiments.running.pilot import run_simulated
 from slipscale.experiments.study.file import study_text
-from tools.torture.pilots import Outcome, folder, plans_of, spread
-from tools.torture.system_calls import NEVER, in_a_process
+from tools.campaigns.torture.pilots import Outcome, folder, plans_of, spread
+from tools.campaigns.torture.system_calls import NEVER, in_a_process
 
 if TYPE_CHECKING:
     from slipscale.experiments.study.run_plan import RunPlan

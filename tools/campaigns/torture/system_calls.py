@@ -20,8 +20,8 @@ from typing import TYPE_CHECKING, Any
 from slipscale.experiments.dataset.bids import build_dataset
 from slipscale.experiments.journal.journal import Journal
 from slipscale.experiments.running.pilot import run_simulated
-from tools.torture.disk_faults import Stream
-from tools.torture.pilots import Outcome, difference, folder, spread, undisturbed
+from tools.campaigns.torture.disk_faults import Stream
+from tools.campaigns.torture.pilots import Outcome, difference, folder, spread, undisturbed
 
 if TYPE_CHECKING:
     from slipscale.experiments.study.run_plan import RunPlan

@@ -12,16 +12,15 @@ lazy imports).
 
 from __future__ import annotations
 
-import argparse
 import itertools
 import json
 import sys
 import tempfile
 import threading
 import time
+from argparse import ArgumentParser, ArgumentTypeError, Namespace
 from contextlib import ExitStack, suppress
 from dataclasses import dataclass
-from datetime import UTC, datetime
 from pathlib import Path
 from statistics import median
 from typing import TYPE_CHECKING
@@ -43,8 +42,7 @@ from slipscale.hardware.errors import PlateTimeout
 from slipscale.hardware.registry import open_plate
 from tests.support.emulator_process import EmulatorProcess
 from tests.support.scripted import ScriptedParticipant
-from tools.page_figures import put
-from tools.torture.pilots import plans_of
+from tools.campaigns.torture.pilots import plans_of
 
 if TYPE_CHECKING:
     from slipscale.experiments.steps.trial import Value
@@ -208,15 +206,20 @@ def _line(found: Level, elapsed_s: float) -> str:
     )
 
 
-def main(words: list[str] | None = None) -> int:
-    """Simulate a day; return 1 if the use of any resource grew."""
-    parser = argparse.ArgumentParser(prog="soak", description="Run sessions in one process.")
-    parser.add_argument("--sessions", type=int, default=200, metavar="N", help="default: 200")
+def _sessions(text: str) -> int:
+    if int(text) < 2 * TENTHS:
+        raise ArgumentTypeError(f"{text}: expected {2 * TENTHS} or more")
+    return int(text)
+
+
+def add_arguments(parser: ArgumentParser) -> None:
+    """Add the arguments of the campaign."""
+    parser.add_argument("--sessions", type=_sessions, default=200, metavar="N", help="default: 200")
     parser.add_argument("--hours", type=float, metavar="H", help="run sessions for H hours")
-    parser.add_argument("--write", action="store_true", help="update the documentation page")
-    args = parser.parse_args(words)
-    if args.sessions < 2 * TENTHS:
-        parser.error(f"--sessions {args.sessions}: expected {2 * TENTHS} or more")
+
+
+def run(args: Namespace) -> tuple[int, str]:
+    """Simulate a day; return 1 if the use of any resource grew."""
     heads = (
         *("hours", "sessions", "memory MiB", "board MiB", "files", "threads"),
         *("CPU s", "relative to reference work", "median s", "longest s"),
@@ -225,14 +228,6 @@ def main(words: list[str] | None = None) -> int:
     print(head, flush=True)
     lines, levels = day(args.sessions, 3600 * args.hours if args.hours else None)
     worse = grown(levels)
-    said = f"Grew: {', '.join(worse) or 'nothing'}."
+    said = f"second and last tenth of the run. Grew: {', '.join(worse) or 'nothing'}."
     print(said, file=sys.stderr)
-    if args.write:
-        today = datetime.now(UTC).date()
-        last = f"Latest results ({today}, `make soak`), second and last tenth of the run. {said}"
-        put("make soak", "\n".join([last, "", head, lines[1], lines[-1], ""]))
-    return 1 if worse else 0
-
-
-if __name__ == "__main__":
-    sys.exit(main())
+    return int(bool(worse)), "\n".join([said, "", head, lines[1], lines[-1], ""])

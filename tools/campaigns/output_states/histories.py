@@ -15,7 +15,7 @@ from slipscale.faults import UserError
 from slipscale.hardware.errors import OverLimit, PlateFault
 from slipscale.hardware.records import Output
 from slipscale.stimuli.surface import VirtualSurface
-from tools.output_states.rigs import EVENTS, RESONANCE_HZ, RIGS, Rig
+from tools.campaigns.output_states.rigs import EVENTS, RESONANCE_HZ, RIGS, Rig
 
 if TYPE_CHECKING:
     from slipscale.hardware.driver import PlateDriver

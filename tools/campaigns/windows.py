@@ -17,7 +17,6 @@ Prints problems and counts; the exit status is 1 if there was a problem.
 
 from __future__ import annotations
 
-import argparse
 import contextlib
 import gc
 import importlib
@@ -30,6 +29,7 @@ import subprocess
 import sys
 import threading
 import time
+from argparse import REMAINDER, SUPPRESS, ArgumentParser, Namespace
 from collections import Counter
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -46,7 +46,7 @@ from slipscale.experiments.participants.psychopy_window.keyboard import Keyboard
 from slipscale.experiments.running import begin_or_resume
 from slipscale.faults import DONE, INTERRUPTED, RIG_FAULT
 from slipscale.hardware import signals
-from tools.torture.pilots import folder
+from tools.campaigns.torture.pilots import folder
 
 if TYPE_CHECKING:
     from slipscale.hardware.driver import PlateDriver
@@ -232,7 +232,7 @@ def process_case(chance: random.Random, *, server: bool) -> str:
     with folder() as place, display() as xvfb:
         (place / "signals.toml").write_text(STUDY, encoding="utf-8")
         words, journal = words_for(place, 1)
-        typed = [sys.executable, "-m", "tools.torture.windows", "--session"]
+        typed = [sys.executable, "-m", "tools.campaigns", "windows", "--session"]
         command = typed if server else [str(Path(sys.executable).with_name("slipscale"))]
         process = subprocess.Popen(
             [*command, *words],
@@ -290,18 +290,20 @@ def session(words: list[str]) -> int:
         return commands.main()
 
 
-def main(words: list[str] | None = None) -> int:
-    """Run the campaign; return 1 if anything went wrong."""
-    parser = argparse.ArgumentParser(prog="windows", description="Interrupt sessions in windows.")
+def add_arguments(parser: ArgumentParser) -> None:
+    """Add the arguments of the campaign."""
     parser.add_argument("--signals", type=int, default=20, metavar="N", help="number of signals")
     parser.add_argument("--processes", type=int, default=3, metavar="N", help="number of processes")
     parser.add_argument("--servers", type=int, default=3, metavar="N", help="number of X servers")
     parser.add_argument("--seed", type=int, default=1, help="random seed")
-    parser.add_argument("--cases", type=int, metavar="N", help=argparse.SUPPRESS)
-    parser.add_argument("--session", nargs=argparse.REMAINDER, help=argparse.SUPPRESS)
-    args = parser.parse_args(words)
+    parser.add_argument("--cases", type=int, metavar="N", help=SUPPRESS)
+    parser.add_argument("--session", nargs=REMAINDER, help=SUPPRESS)
+
+
+def run(args: Namespace) -> tuple[int, str]:
+    """Run the campaign; return 1 if anything went wrong."""
     if args.session:
-        return session(args.session)
+        return session(args.session), ""
     if args.cases:
         with display() as server:
             print(json.dumps(signal_cases(args.cases, args.seed)), flush=True)
@@ -318,8 +320,9 @@ def main(words: list[str] | None = None) -> int:
             if problem := process_case(chance, server=what == "servers"):
                 bad.append(f"{what} {number}: {problem}")
                 print(bad[-1], file=sys.stderr)
-    print(", ".join(f"{count:,} {what}" for what, count in counts.items()) + f": {len(bad)} bad")
-    return 1 if bad else 0
+    text = ", ".join(f"{count:,} {what}" for what, count in counts.items()) + f": {len(bad)} bad"
+    print(text)
+    return int(bool(bad)), text
 
 
 def signals_elsewhere(count: int, seed: int) -> tuple[Counter[str], list[str]]:
@@ -330,7 +333,7 @@ def signals_elsewhere(count: int, seed: int) -> tuple[Counter[str], list[str]]:
         cases = str(min(left, CASES_OF_A_PROCESS))
         words = ["--cases", cases, "--seed", str(seed + sum(counts.values()))]
         done = subprocess.run(
-            [sys.executable, "-m", "tools.torture.windows", *words],
+            [sys.executable, "-m", "tools.campaigns", "windows", *words],
             capture_output=True,
             text=True,
             check=False,
@@ -344,7 +347,3 @@ def signals_elsewhere(count: int, seed: int) -> tuple[Counter[str], list[str]]:
             print(sentence, file=sys.stderr)
         print(f"{sum(counts.values()):,} of {count:,}: {len(bad)} bad", file=sys.stderr, flush=True)
     return counts, bad
-
-
-if __name__ == "__main__":
-    sys.exit(main())

@@ -8,7 +8,7 @@ from slipscale.hardware.conformance.bench import Bench
 from slipscale.hardware.conformance.guided import guide
 from slipscale.hardware.conformance.table import examine
 from slipscale.hardware.plate.twin import Twin
-from tools.wrong_boards.virtual_line import Operator, VirtualLine
+from tools.campaigns.wrong_boards.virtual_line import Operator, VirtualLine
 
 if TYPE_CHECKING:
     from slipscale.hardware.emulator.firmware import Board

@@ -1,9 +1,9 @@
 """Run random histories of a plate on every backend, and compare them with the drive's true state.
 
-Usage: ``python -m tools.output_states [--histories 10000]`` (an hour). A history is a sequence of
-commands, rejected commands and events on the rig, such as a lost connection, a key pressed on a
-generator, a broken sensor or a finger on the plate. After each command, two guarantees of
-`slipscale.hardware.driver` are checked:
+Usage: ``python -m tools.campaigns output_states [--histories 10000]`` (an hour). A history is a
+sequence of commands, rejected commands and events on the rig, such as a lost connection, a key
+pressed on a generator, a broken sensor or a finger on the plate. After each command, two guarantees
+of `slipscale.hardware.driver` are checked:
 
 1. After a successful presentation, its amplitude is on the plate (within 5 % or 0.06 µm p-p).
 2. An output that is *confirmed off* is off. After a command has failed, the output is not in the
@@ -14,22 +14,21 @@ The exit status is 1 if a guarantee was violated.
 
 from __future__ import annotations
 
-import argparse
-import sys
 import time
+from argparse import ArgumentParser, Namespace
 
-from tools.output_states.histories import lived
-from tools.output_states.rigs import HISTORIES, RIGS
+from tools.campaigns.output_states.histories import lived
+from tools.campaigns.output_states.rigs import HISTORIES, RIGS
 
 
-def main() -> int:
-    """Run the campaign."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawTextHelpFormatter
-    )
+def add_arguments(parser: ArgumentParser) -> None:
+    """Add the arguments of the campaign."""
     parser.add_argument("--histories", type=int, default=HISTORIES, help="per backend")
     parser.add_argument("--backend", choices=RIGS, action="append")
-    arguments = parser.parse_args()
+
+
+def run(arguments: Namespace) -> tuple[int, str]:
+    """Run the campaign."""
     broken = 0
     for backend in arguments.backend or RIGS:
         begun_s, presented, faults, wrong = time.monotonic(), 0, 0, []
@@ -43,8 +42,4 @@ def main() -> int:
         )  # fmt: skip
         print(*wrong[:5], sep="\n", end="\n" if wrong else "")
         broken += len(wrong)
-    return int(broken > 0)
-
-
-if __name__ == "__main__":
-    sys.exit(main())
+    return int(broken > 0), ""

@@ -6,10 +6,10 @@ A pilot of each study is run uninterrupted. It is then repeated, interrupted at 
 each time, and resumed until it is complete. The resulting data set is compared with the
 uninterrupted one by file and row:
 
-- `tools.torture.disk_faults`: a faulty file layer below the journal, at individual records;
-- `tools.torture.system_calls`: real processes and SIGKILL, at four times as many system calls;
-- `tools.torture.writers`: processes that open the same journal at once;
-- `tools.torture.upkeep`: SIGKILL during ``build``, ``withdraw``, ``merge`` and ``--backup``.
+- `disk_faults`: a faulty file layer below the journal, at individual records;
+- `system_calls`: real processes and SIGKILL, at four times as many system calls;
+- `writers`: processes that open the same journal at once;
+- `upkeep`: SIGKILL during ``build``, ``withdraw``, ``merge`` and ``--backup``.
 
 Prints one row per fault; after Ctrl-C, it prints the results so far. The exit status is 1 if a data
 set differs.
@@ -17,20 +17,18 @@ set differs.
 
 from __future__ import annotations
 
-import argparse
 import sys
 import time
+from argparse import ArgumentParser, Namespace
 from collections import Counter
 from collections.abc import Sequence
 from contextlib import suppress
-from datetime import UTC, datetime
 from pathlib import Path
 
-from tools.page_figures import put
-from tools.torture.pilots import Outcome, disk_campaign, looked_up_once, plans_of, studies
-from tools.torture.system_calls import CALLS, kill_campaign
-from tools.torture.upkeep import kill_upkeep
-from tools.torture.writers import writer_campaign
+from tools.campaigns.torture.pilots import Outcome, disk_campaign, looked_up_once, plans_of, studies
+from tools.campaigns.torture.system_calls import CALLS, kill_campaign
+from tools.campaigns.torture.upkeep import kill_upkeep
+from tools.campaigns.torture.writers import writer_campaign
 
 ROUNDS = 10  # of writers, per place
 
@@ -48,15 +46,14 @@ def table(outcome: Outcome) -> list[str]:
     ]
 
 
-def figures(outcome: Outcome, words: str) -> str:
+def results(outcome: Outcome, places: int) -> str:
     """Return the results of a campaign as text for the documentation page."""
     names = dict.fromkeys(study for _, study in outcome.counts)
     said = (
-        f"Latest results ({datetime.now(UTC).date()}, `make torture{words}`): "
-        f"{outcome.counts.total():,} cases, {len(outcome.bad)} with different data. Studies: "
-        f"{', '.join(f'`{name}`' for name in names)}."
+        f"--places {places}: {outcome.counts.total():,} cases, {len(outcome.bad)} with different "
+        f"data. Studies: {', '.join(f'`{name}`' for name in names)}."
     )
-    return "\n".join([said, "", *table(outcome), ""])
+    return "\n".join([said, "", *table(outcome)])
 
 
 def campaign(names: Sequence[str], places: int, participants: int, outcome: Outcome) -> None:
@@ -73,9 +70,8 @@ def campaign(names: Sequence[str], places: int, participants: int, outcome: Outc
             print(f"{who}: {time.monotonic() - began_s:.0f} s", file=sys.stderr, flush=True)
 
 
-def main(words: list[str] | None = None) -> int:
-    """Run the campaign; return 1 if any data set differs."""
-    parser = argparse.ArgumentParser(prog="torture", description="Test kills and disk faults.")
+def add_arguments(parser: ArgumentParser) -> None:
+    """Add the arguments of the campaign."""
     parser.add_argument(
         "--places", type=int, default=4, metavar="N", help="points per run (default: 4; 0: all)"
     )
@@ -85,20 +81,15 @@ def main(words: list[str] | None = None) -> int:
     parser.add_argument(
         "--study", action="append", metavar="STUDY", help="study to run (default: all)"
     )
-    parser.add_argument("--write", action="store_true", help="update the documentation page")
-    args = parser.parse_args(words)
+
+
+def run(args: Namespace) -> tuple[int, str]:
+    """Run the campaign; return 1 if any data set differs."""
     outcome = Outcome()
     with suppress(KeyboardInterrupt):
         campaign(args.study or studies(), args.places, args.participants, outcome)
-    given = "" if args.places == parser.get_default("places") else f' ARGS="--places {args.places}"'
-    text = figures(outcome, given)
+    text = results(outcome, args.places)
     print(text)
     for _, sentence in outcome.bad:
         print(sentence, file=sys.stderr)
-    if args.write:
-        put("make torture", text)
-    return 1 if outcome.bad else 0
-
-
-if __name__ == "__main__":
-    sys.exit(main())
+    return int(bool(outcome.bad)), text
