@@ -34,7 +34,7 @@ from slipscale.experiments.dataset.schema import (
 from slipscale.experiments.dataset.tsv import cell, sidecar, table
 from slipscale.experiments.journal.plan_and_progress import software
 from slipscale.experiments.journal.serialisation import dialect
-from slipscale.experiments.steps.questions import CONSENT
+from slipscale.experiments.steps.questions.base import CONSENT
 from slipscale.experiments.study.file import study_hash
 from slipscale.faults.message import Message
 

@@ -11,7 +11,7 @@ from dataclasses import fields, is_dataclass
 from functools import cache, partial
 from typing import Any
 
-from slipscale.experiments.steps import questions, replies, steps, trial
+from slipscale.experiments.steps import replies, steps, trial
 from slipscale.experiments.steps.replies import Adjusted, Answer, Presented, Reply, Voided
 from slipscale.experiments.steps.steps import Step
 from slipscale.experiments.steps.trial import Trial
@@ -118,7 +118,7 @@ def _no_levels() -> frozenset[str]:
     """Return all names of fields in records that are not levels, and have a unit."""
     kinds = (
         each
-        for module in (modulation, questions, replies, steps, textures, trial)
+        for module in (modulation, replies, steps, textures, trial)
         for each in vars(module).values()
         if is_dataclass(each)
     )
@@ -140,7 +140,9 @@ def _renamed(data: Any, levels: Names, plate: Names) -> Any:
         kind = data.get("type")
         names = plate if kind == Presented.__name__ else levels
         found = {
-            names[key]: _renamed(value, plate if key in OF_PLATE else names, plate)
+            names[key]: value
+            if key == "question"  # the fields of any kind of question; none of them is a level
+            else _renamed(value, plate if key in OF_PLATE else names, plate)
             for key, value in data.items()
         }
         if kind == "Adjust" and isinstance(found.get("name"), str):

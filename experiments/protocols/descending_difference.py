@@ -25,8 +25,10 @@ from slipscale.experiments.protocol_parts.base import (
 from slipscale.experiments.protocol_parts.building_blocks.pacing import PacedOptions
 from slipscale.experiments.protocol_parts.building_blocks.repeating import Repeating, part_over
 from slipscale.experiments.protocol_parts.ordering.randomisation import with_catch_steps
-from slipscale.experiments.protocol_parts.simulated_answers import any_choice
-from slipscale.experiments.steps.questions import ChoiceQuestion, TextQuestion, YesNoQuestion
+from slipscale.experiments.protocol_parts.simulated_answers import as_asked
+from slipscale.experiments.steps.questions.choice import ChoiceQuestion
+from slipscale.experiments.steps.questions.text import TextQuestion
+from slipscale.experiments.steps.questions.yes_no import YesNoQuestion
 from slipscale.experiments.steps.replies import Answer, Reply, Voided
 from slipscale.experiments.steps.steps import (
     Ask,
@@ -202,9 +204,9 @@ PROTOCOL = Protocol(
     instructions="descending_difference.instructions",
     amplitudes=("start_level",),
     simulated={
-        "difference_felt": lambda _, person: person.notices(),
-        "verbal_report": lambda _, person: person.verbal_report(),
-        "confidence": any_choice,
+        "difference_felt": as_asked,
+        "verbal_report": as_asked,
+        "confidence": as_asked,
     },
     design={
         "series": Column(description="Descending series, from 1"),

@@ -21,7 +21,8 @@ from slipscale.experiments.protocol_parts.building_blocks.rated_surfaces import 
     surface_blocks,
     surface_trials,
 )
-from slipscale.experiments.steps.questions import NumberQuestion
+from slipscale.experiments.protocol_parts.simulated_answers import as_asked
+from slipscale.experiments.steps.questions.number import NumberQuestion
 from slipscale.experiments.steps.replies import Answer
 from slipscale.experiments.steps.steps import Ask, Explore, Instruct, Present, Silence, Step, Steps
 from slipscale.faults.frozen_table import setting
@@ -135,7 +136,7 @@ PROTOCOL = Protocol(
     amplitudes=("standard_level",),
     textures=True,
     simulated={
-        "estimate": lambda _, person: person.estimate(),
+        "estimate": as_asked,
         "scale_top": lambda _, person: person.scale_top,
     },
     design=BLOCK,

@@ -22,7 +22,7 @@ from slipscale.experiments.protocol_parts.building_blocks.rated_surfaces import 
     surface_blocks,
     with_catch_trials,
 )
-from slipscale.experiments.steps.questions import NumberQuestion
+from slipscale.experiments.steps.questions.number import NumberQuestion
 from slipscale.experiments.steps.replies import Answer
 from slipscale.experiments.steps.steps import Ask, Instruct, Present, Silence, Step, Steps
 from slipscale.experiments.steps.trial import Trial

@@ -23,7 +23,7 @@ from slipscale.experiments.protocol_parts.building_blocks.comparing import (
     with_catch_trials,
 )
 from slipscale.experiments.protocol_parts.simulated_answers import notices_difference
-from slipscale.experiments.steps.questions import YesNoQuestion
+from slipscale.experiments.steps.questions.yes_no import YesNoQuestion
 from slipscale.experiments.steps.steps import Steps
 from slipscale.faults.frozen_table import setting
 

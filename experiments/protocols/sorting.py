@@ -24,9 +24,9 @@ from slipscale.experiments.protocol_parts.building_blocks.rated_surfaces import 
     surface_blocks,
     surface_trials,
 )
-from slipscale.experiments.protocol_parts.simulated_answers import SimulatedPerson
-from slipscale.experiments.steps.questions import WholeNumberQuestion
+from slipscale.experiments.steps.questions.whole_number import WholeNumberQuestion
 from slipscale.experiments.steps.replies import Answer
+from slipscale.experiments.steps.simulated_person import SimulatedPerson
 from slipscale.experiments.steps.steps import Ask, Instruct, Step, Steps
 from slipscale.faults.frozen_table import setting
 
@@ -84,9 +84,7 @@ class _Run(RatedSurfaces):
 
 def _answer(step: Ask, person: SimulatedPerson) -> float:
     """Choose the group that corresponds to the strength of the impression."""
-    question = step.question
-    if not isinstance(question, WholeNumberQuestion):
-        raise TypeError(f"'{step.name}' is not a whole-number question")
+    question = step.of_kind(WholeNumberQuestion)
     if person.lapses():
         return float(1 + person.stream("lapse", "value").below(question.maximum))
     share = min(max(person.impressions[0] / 100, 0.0), 1.0)

@@ -16,8 +16,7 @@ from slipscale.faults.plug_ins import PARTICIPANTS, installed, package_of
 from slipscale.faults.plug_ins import called as watched
 
 if TYPE_CHECKING:
-    from slipscale.experiments.protocol_parts.ordering.randomisation import Stream
-    from slipscale.experiments.protocol_parts.simulated_answers import SimulatedPerson
+    from slipscale.experiments.steps.simulated_person import Draws, SimulatedPerson
     from slipscale.experiments.steps.steps import Ask, Explore
 
 T = TypeVar("T")
@@ -121,7 +120,7 @@ class Behaviour:
         """Return the person's verbal report of what disappeared when the level decreased."""
         return self.person.verbal_report()
 
-    def stream(self, *purpose: str | int) -> Stream:
+    def stream(self, *purpose: str | int) -> Draws:
         """Return the random number stream of this person and trial for a purpose."""
         return self.person.stream(*purpose)
 

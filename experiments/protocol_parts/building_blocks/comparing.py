@@ -16,7 +16,7 @@ from slipscale.experiments.protocol_parts.building_blocks.repeating import (
     part_over,
 )
 from slipscale.experiments.protocol_parts.ordering.randomisation import Stream
-from slipscale.experiments.steps.questions import Question, Sought
+from slipscale.experiments.steps.questions.base import Question, Sought
 from slipscale.experiments.steps.replies import Answer, Reply, Voided
 from slipscale.experiments.steps.steps import (
     Ask,

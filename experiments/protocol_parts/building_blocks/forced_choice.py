@@ -27,8 +27,9 @@ from slipscale.experiments.protocol_parts.building_blocks.comparing import (
     sought,
 )
 from slipscale.experiments.protocol_parts.building_blocks.repeating import Repetition, part_over
-from slipscale.experiments.protocol_parts.simulated_answers import SimulatedAnswer, compared
-from slipscale.experiments.steps.questions import ComparisonQuestion, Sought
+from slipscale.experiments.protocol_parts.simulated_answers import SimulatedAnswer, as_asked
+from slipscale.experiments.steps.questions.base import Sought
+from slipscale.experiments.steps.questions.comparison import ComparisonQuestion
 from slipscale.experiments.steps.replies import Answer, Reply, Voided
 from slipscale.experiments.steps.rounding import rounded
 from slipscale.experiments.steps.steps import Ask, EndTrial, Feedback, Instruct, Step, Steps
@@ -272,4 +273,4 @@ RESPONSE: Mapping[str, Column] = {
         levels={"true": "right", "false": "wrong"},
     ),
 }
-SIMULATED: Mapping[str, SimulatedAnswer] = {"response": compared}
+SIMULATED: Mapping[str, SimulatedAnswer] = {"response": as_asked}

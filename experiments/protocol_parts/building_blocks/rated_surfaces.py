@@ -18,7 +18,7 @@ from slipscale.experiments.protocol_parts.ordering.orders import (
     practice_order,
     presentation_order,
 )
-from slipscale.experiments.steps.questions import Question
+from slipscale.experiments.steps.questions.base import Question
 from slipscale.experiments.steps.replies import Answer, Reply, Voided
 from slipscale.experiments.steps.steps import (
     Ask,

@@ -13,17 +13,15 @@ from slipscale.experiments.journal.serialisation import ANSWERS
 from slipscale.experiments.languages.texts import load_texts
 from slipscale.experiments.participants.psychopy_window.screens import SCREENS, screen_for
 from slipscale.experiments.session.session import Session
-from slipscale.experiments.steps.questions import (
-    ChoiceQuestion,
-    ComparisonQuestion,
-    NumberQuestion,
-    PointingQuestion,
-    Question,
-    TextQuestion,
-    VisualAnalogueQuestion,
-    WholeNumberQuestion,
-    YesNoQuestion,
-)
+from slipscale.experiments.steps.questions.base import Question
+from slipscale.experiments.steps.questions.choice import ChoiceQuestion
+from slipscale.experiments.steps.questions.comparison import ComparisonQuestion
+from slipscale.experiments.steps.questions.number import NumberQuestion
+from slipscale.experiments.steps.questions.pointing import PointingQuestion
+from slipscale.experiments.steps.questions.text import TextQuestion
+from slipscale.experiments.steps.questions.visual_analogue import VisualAnalogueQuestion
+from slipscale.experiments.steps.questions.whole_number import WholeNumberQuestion
+from slipscale.experiments.steps.questions.yes_no import YesNoQuestion
 from slipscale.experiments.steps.replies import Answer
 from slipscale.experiments.steps.steps import Adjust, Ask, ParticipantStep, Step
 from slipscale.experiments.study.model import Study

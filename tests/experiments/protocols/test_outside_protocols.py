@@ -10,11 +10,10 @@ from slipscale.commands import main
 from slipscale.experiments.protocol_parts import registry
 from slipscale.experiments.protocol_parts.base import Column, Options, Protocol
 from slipscale.experiments.protocol_parts.registry import load_protocol
-from slipscale.experiments.protocol_parts.simulated_answers import compared
 from slipscale.experiments.running.pilot import pilot_plans, run_pilot
 from slipscale.experiments.running.rehearsal import check_answered, surfaces
 from slipscale.experiments.running.study_commands import validate
-from slipscale.experiments.steps.questions import ChoiceQuestion, NumberQuestion
+from slipscale.experiments.steps.questions.number import NumberQuestion
 from slipscale.experiments.steps.steps import Ask, EndBlock, EndTrial, Explore, Instruct, Present
 from slipscale.experiments.steps.trial import Trial
 from slipscale.faults import RigError, UserError, plug_ins
@@ -274,12 +273,6 @@ def test_two_packages_that_give_the_same_name_are_refused(monkeypatch):
             plug_ins.installed("slipscale.protocols")
     finally:
         plug_ins.installed.cache_clear()
-
-
-def test_a_question_that_compares_is_never_answered_by_chance(pilot):
-    question = ChoiceQuestion(prompt="?", options=(("a", "a"), ("b", "b")))
-    with pytest.raises(UserError, match="does not compare surfaces"):
-        compared(Ask(name="grip", question=question), None)
 
 
 @pytest.mark.parametrize("study", ["difference_threshold", "matching"])

@@ -13,7 +13,7 @@ from slipscale.experiments.participants.simulated_people.population import (
     read_population,
 )
 from slipscale.experiments.running.pilot import pilot_plans
-from slipscale.experiments.steps.questions import NumberQuestion
+from slipscale.experiments.steps.questions.number import NumberQuestion
 from slipscale.experiments.steps.replies import Reply
 from slipscale.experiments.steps.steps import Ask, Explore
 from slipscale.faults import UserError
