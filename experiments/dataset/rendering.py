@@ -40,7 +40,8 @@ from slipscale.faults.message import Message
 
 if TYPE_CHECKING:
     from slipscale.experiments.dataset.files import Content
-    from slipscale.experiments.protocol_parts.base import Column, Protocol
+    from slipscale.experiments.protocol_parts.base import Protocol
+    from slipscale.experiments.steps.columns import Column
     from slipscale.experiments.steps.trial import Value
     from slipscale.experiments.study.model import Study
     from slipscale.experiments.study.run_plan import RunPlan

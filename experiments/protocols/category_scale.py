@@ -8,14 +8,7 @@ from typing import Annotated
 from pydantic import Field
 
 from slipscale.experiments.languages.texts import FEWEST_ANSWERS, NUMBER_KEYS
-from slipscale.experiments.protocol_parts.base import (
-    AtLeastOne,
-    Column,
-    Context,
-    Protocol,
-    TrialRecord,
-    Words,
-)
+from slipscale.experiments.protocol_parts.base import AtLeastOne, Context, Protocol, Words
 from slipscale.experiments.protocol_parts.building_blocks.rated_surfaces import (
     BLOCK,
     TEXTURE,
@@ -25,6 +18,7 @@ from slipscale.experiments.protocol_parts.building_blocks.rated_surfaces import 
     surface_blocks,
     surface_trials,
 )
+from slipscale.experiments.steps.columns import Column, TrialRecord
 from slipscale.experiments.steps.questions.choice import ChoiceQuestion
 from slipscale.experiments.steps.replies import Answer
 from slipscale.experiments.steps.simulated_person import SimulatedPerson

@@ -12,15 +12,7 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from slipscale.experiments.languages.texts import answers
-from slipscale.experiments.protocol_parts.base import (
-    Amplitude,
-    AtLeastOne,
-    Column,
-    Context,
-    Protocol,
-    TrialRecord,
-    truth,
-)
+from slipscale.experiments.protocol_parts.base import Amplitude, AtLeastOne, Context, Protocol
 from slipscale.experiments.protocol_parts.building_blocks.comparing import (
     DESIGN,
     Comparing,
@@ -30,6 +22,7 @@ from slipscale.experiments.protocol_parts.building_blocks.comparing import (
     with_catch_trials,
 )
 from slipscale.experiments.protocol_parts.simulated_answers import as_asked
+from slipscale.experiments.steps.columns import Column, TrialRecord, truth
 from slipscale.experiments.steps.questions.base import Question
 from slipscale.experiments.steps.questions.comparison import ComparisonQuestion
 from slipscale.experiments.steps.questions.yes_no import YesNoQuestion

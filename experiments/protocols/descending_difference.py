@@ -15,17 +15,16 @@ from slipscale.experiments.languages.texts import answers
 from slipscale.experiments.protocol_parts.base import (
     Amplitude,
     AtLeastOne,
-    Column,
     Context,
     Count,
     Protocol,
     Switch,
-    TrialRecord,
 )
 from slipscale.experiments.protocol_parts.building_blocks.pacing import PacedOptions
 from slipscale.experiments.protocol_parts.building_blocks.repeating import Repeating, part_over
 from slipscale.experiments.protocol_parts.ordering.randomisation import with_catch_steps
 from slipscale.experiments.protocol_parts.simulated_answers import as_asked
+from slipscale.experiments.steps.columns import Column, TrialRecord
 from slipscale.experiments.steps.questions.choice import ChoiceQuestion
 from slipscale.experiments.steps.questions.text import TextQuestion
 from slipscale.experiments.steps.questions.yes_no import YesNoQuestion

@@ -10,14 +10,7 @@ from collections.abc import Generator
 from typing import Literal
 
 from slipscale.experiments.languages.texts import NUMBER_KEYS
-from slipscale.experiments.protocol_parts.base import (
-    AtLeastOne,
-    Column,
-    Context,
-    Count,
-    Positive,
-    Protocol,
-)
+from slipscale.experiments.protocol_parts.base import AtLeastOne, Context, Count, Positive, Protocol
 from slipscale.experiments.protocol_parts.building_blocks.comparing import name_of
 from slipscale.experiments.protocol_parts.building_blocks.rated_surfaces import (
     BLOCK,
@@ -26,6 +19,7 @@ from slipscale.experiments.protocol_parts.building_blocks.rated_surfaces import 
     RatedSurfaces,
     surface_blocks,
 )
+from slipscale.experiments.steps.columns import Column
 from slipscale.experiments.steps.questions.choice import ChoiceQuestion
 from slipscale.experiments.steps.replies import Answer, Reply
 from slipscale.experiments.steps.simulated_person import SimulatedPerson

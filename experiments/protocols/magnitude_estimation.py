@@ -11,7 +11,7 @@ from typing import Literal
 
 from pydantic import ValidationInfo, field_validator
 
-from slipscale.experiments.protocol_parts.base import Amplitude, Column, Context, Positive, Protocol
+from slipscale.experiments.protocol_parts.base import Amplitude, Context, Positive, Protocol
 from slipscale.experiments.protocol_parts.building_blocks.rated_surfaces import (
     BLOCK,
     TEXTURE,
@@ -22,6 +22,7 @@ from slipscale.experiments.protocol_parts.building_blocks.rated_surfaces import 
     surface_trials,
 )
 from slipscale.experiments.protocol_parts.simulated_answers import as_asked
+from slipscale.experiments.steps.columns import Column
 from slipscale.experiments.steps.questions.number import NumberQuestion
 from slipscale.experiments.steps.replies import Answer
 from slipscale.experiments.steps.steps import Ask, Explore, Instruct, Present, Silence, Step, Steps

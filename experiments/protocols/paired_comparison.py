@@ -12,7 +12,7 @@ from itertools import combinations
 from typing import Literal
 
 from slipscale.experiments.languages.texts import answers
-from slipscale.experiments.protocol_parts.base import AtLeastOne, Column, Context, Protocol
+from slipscale.experiments.protocol_parts.base import AtLeastOne, Context, Protocol
 from slipscale.experiments.protocol_parts.building_blocks.comparing import (
     DESIGN,
     Comparing,
@@ -23,6 +23,7 @@ from slipscale.experiments.protocol_parts.building_blocks.comparing import (
     with_catch_trials,
 )
 from slipscale.experiments.protocol_parts.simulated_answers import as_asked
+from slipscale.experiments.steps.columns import Column
 from slipscale.experiments.steps.questions.comparison import ComparisonQuestion
 from slipscale.experiments.steps.simulated_person import SimulatedPerson
 from slipscale.experiments.steps.steps import Ask, Steps

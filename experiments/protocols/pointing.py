@@ -21,7 +21,6 @@ from pydantic import Field
 from slipscale.experiments.protocol_parts.base import (
     Amplitude,
     AtLeastOne,
-    Column,
     Context,
     Count,
     Options,
@@ -29,9 +28,9 @@ from slipscale.experiments.protocol_parts.base import (
     Protocol,
     Seconds,
     Switch,
-    TrialRecord,
 )
 from slipscale.experiments.protocol_parts.building_blocks.repeating import Repeating, part_over
+from slipscale.experiments.steps.columns import Column, TrialRecord
 from slipscale.experiments.steps.questions.pointing import PointingQuestion, Selection
 from slipscale.experiments.steps.replies import Answer, Reply, Voided
 from slipscale.experiments.steps.simulated_person import SimulatedPerson
@@ -315,14 +314,6 @@ def _answer(step: Ask, person: SimulatedPerson) -> str:
     return question.moved(person.stream("movement"), person.pace * feedback).value
 
 
-def _selected(name: str, description: str, units: str) -> Column:
-    def value(record: TrialRecord) -> float | None:
-        found = Selection.of(record.answer("selection"))
-        return None if found is None else float(getattr(found, name))
-
-    return Column(value=value, kind="number", description=description, units=units)
-
-
 def _hit(record: TrialRecord) -> str | None:
     found, told = Selection.of(record.answer("selection")), record.trial.factors
     if found is None:
@@ -385,21 +376,7 @@ PROTOCOL = Protocol(
             description="Whether the participant selected the target",
             levels={ON_TARGET: "a position on the target", OUTSIDE: "another position"},
         ),
-        "movement_time": _selected(
-            "time_s", "Time between selecting the start and the next selection", "s"
-        ),
-        "selection_x_mm": _selected(
-            "x_mm",
-            "Horizontal coordinate of the selected position relative to the middle of the screen, "
-            "positive towards the right",
-            "mm",
-        ),
-        "selection_y_mm": _selected(
-            "y_mm",
-            "Vertical coordinate of the selected position relative to the middle of the screen, "
-            "positive towards the top",
-            "mm",
-        ),
+        **PointingQuestion.columns("selection"),
     },
     amplitudes=("target_level", "ground_level"),
     possible_levels=possible_levels,

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from itertools import combinations
 
-from slipscale.experiments.protocol_parts.base import AtLeastOne, Column, Context, Protocol, Switch
+from slipscale.experiments.protocol_parts.base import AtLeastOne, Context, Protocol, Switch
 from slipscale.experiments.protocol_parts.building_blocks.comparing import (
     DESIGN,
     PAIR,
@@ -22,6 +22,7 @@ from slipscale.experiments.protocol_parts.building_blocks.comparing import (
     the_two_ends,
     with_catch_trials,
 )
+from slipscale.experiments.steps.columns import Column
 from slipscale.experiments.steps.questions.visual_analogue import VisualAnalogueQuestion
 from slipscale.experiments.steps.simulated_person import SimulatedPerson
 from slipscale.experiments.steps.steps import Ask, Steps

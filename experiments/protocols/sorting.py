@@ -13,7 +13,7 @@ from typing import Annotated
 
 from pydantic import Field
 
-from slipscale.experiments.protocol_parts.base import AtLeastOne, Column, Context, Count, Protocol
+from slipscale.experiments.protocol_parts.base import AtLeastOne, Context, Count, Protocol
 from slipscale.experiments.protocol_parts.building_blocks.comparing import enough_surfaces, name_of
 from slipscale.experiments.protocol_parts.building_blocks.rated_surfaces import (
     BLOCK,
@@ -24,6 +24,7 @@ from slipscale.experiments.protocol_parts.building_blocks.rated_surfaces import 
     surface_blocks,
     surface_trials,
 )
+from slipscale.experiments.steps.columns import Column
 from slipscale.experiments.steps.questions.whole_number import WholeNumberQuestion
 from slipscale.experiments.steps.replies import Answer
 from slipscale.experiments.steps.simulated_person import SimulatedPerson

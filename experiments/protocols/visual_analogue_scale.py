@@ -12,7 +12,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field, ValidationInfo, field_validator
 
-from slipscale.experiments.protocol_parts.base import Column, Context, Count, Protocol, Switch
+from slipscale.experiments.protocol_parts.base import Context, Count, Protocol, Switch
 from slipscale.experiments.protocol_parts.building_blocks.comparing import DESIGN
 from slipscale.experiments.protocol_parts.building_blocks.rated_surfaces import (
     BLOCK,
@@ -25,6 +25,7 @@ from slipscale.experiments.protocol_parts.building_blocks.rated_surfaces import 
     with_catch_trials,
 )
 from slipscale.experiments.protocol_parts.simulated_answers import as_asked
+from slipscale.experiments.steps.columns import Column
 from slipscale.experiments.steps.questions.visual_analogue import VisualAnalogueQuestion
 from slipscale.experiments.steps.replies import Answer
 from slipscale.experiments.steps.steps import Instruct, Step, Steps

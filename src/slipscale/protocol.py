@@ -7,19 +7,15 @@ from slipscale.experiments.participants.simulated_people.own_behaviour import Be
 from slipscale.experiments.protocol_parts.base import (
     Amplitude,
     AtLeastOne,
-    Column,
     Context,
     Count,
-    IntervalRecord,
     Label,
     Options,
     Positive,
     Protocol,
     Seconds,
     Switch,
-    TrialRecord,
     Words,
-    truth,
 )
 from slipscale.experiments.protocol_parts.building_blocks.pacing import PacedOptions, RestedOptions
 from slipscale.experiments.protocol_parts.building_blocks.repeating import Repeating, part_over
@@ -30,6 +26,7 @@ from slipscale.experiments.protocol_parts.simulated_answers import (
     until_equal,
     until_number,
 )
+from slipscale.experiments.steps.columns import Column, IntervalRecord, TrialRecord, truth
 from slipscale.experiments.steps.questions.base import Question
 from slipscale.experiments.steps.questions.choice import ChoiceQuestion
 from slipscale.experiments.steps.questions.comparison import ComparisonQuestion

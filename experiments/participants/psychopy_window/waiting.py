@@ -85,10 +85,10 @@ class Exploring(Waiting):
         task = Text(content=self._step.text.strip(), y=0.12, size=0.08, width=1.2, height=0.4)
         wait_s = self.wait_s(elapsed_s)
         if wait_s:
-            foot: Scene = (scene.hint(self._texts["window.explore_longer"].format(seconds=wait_s)),)
+            foot: Scene = (scene.hint(self.texts["window.explore_longer"].format(seconds=wait_s)),)
         else:
-            foot = going_on(self._texts, "window.ready_space")
-        left = remaining(self._limit_s, elapsed_s, self._texts, y=-0.17)
+            foot = going_on(self.texts, "window.ready_space")
+        left = remaining(self.limit_s, elapsed_s, self.texts, y=-0.17)
         return (task, *self._pacer(elapsed_s), *left, *foot)
 
     def _pacer(self, elapsed_s: float) -> Scene:
@@ -114,12 +114,12 @@ class Resting(Waiting):
     def scene(self, elapsed_s: float) -> Scene:
         """Return the rest text, the progress, and a hint on how to continue or how long to wait."""
         step = self._step
-        progress = self._texts["window.progress"].format(done=step.done, total=step.total)
+        progress = self.texts["window.progress"].format(done=step.done, total=step.total)
         wait_s = self.wait_s(elapsed_s)
         if wait_s:
-            foot: Scene = (scene.hint(self._texts["window.rest_longer"].format(seconds=wait_s)),)
+            foot: Scene = (scene.hint(self.texts["window.rest_longer"].format(seconds=wait_s)),)
         else:
-            foot = going_on(self._texts, "window.press_space")
+            foot = going_on(self.texts, "window.press_space")
         return (
             Text(content=step.text.strip(), y=0.14, size=0.055, width=1.1, height=0.4),
             *scene.bar(step.done / step.total if step.total else 0.0, y=-0.12),
@@ -158,11 +158,11 @@ class Listening(Waiting):
     def scene(self, elapsed_s: float) -> Scene:
         """Return the question and a request to answer aloud. Operator decisions are not shown."""
         if not self._prompt:
-            return scene.message(self._texts["session.hold"])
+            return scene.message(self.texts["session.hold"])
         return (
             asked(self._prompt),
-            Text(content=self._texts["window.say_number"], y=0.02, size=0.06, colour="accent"),
-            *remaining(self._limit_s, elapsed_s, self._texts, y=0.43),
+            Text(content=self.texts["window.say_number"], y=0.02, size=0.06, colour="accent"),
+            *remaining(self.limit_s, elapsed_s, self.texts, y=0.43),
         )
 
     def press(self, character: str, elapsed_s: float) -> Reply | None:  # noqa: ARG002
@@ -180,19 +180,19 @@ class Adjusting(Waiting):
     def scene(self, elapsed_s: float) -> Scene:
         """Return the task, the keys and, if time is limited, the countdown."""
         task = Text(content=self._step.text.strip(), y=0.24, size=0.06, width=1.2, height=0.26)
-        texts = self._texts
+        texts = self.texts
         labels: tuple[str, ...] = (scene.UP, scene.DOWN)
         meanings: tuple[str, ...] = (texts["window.turn_up"], texts["window.turn_down"])
         if self._step.again:
             labels += (texts["window.again_key"],)
             meanings += (texts["window.feel_again"],)
-        left = remaining(self._limit_s, elapsed_s, self._texts, y=-0.26)
-        keys = scene.key_row(labels, meanings, y=0.0, touch=by_touch(self._texts))
-        return (task, *keys, *left, *going_on(self._texts, "window.turned"))
+        left = remaining(self.limit_s, elapsed_s, self.texts, y=-0.26)
+        keys = scene.key_row(labels, meanings, y=0.0, touch=by_touch(self.texts))
+        return (task, *keys, *left, *going_on(self.texts, "window.turned"))
 
     def press(self, character: str, elapsed_s: float) -> Reply | None:
         """End the screen on the key to continue, or on the key to feel the reference again."""
-        again = self._texts["window.again_key"].casefold()
+        again = self.texts["window.again_key"].casefold()
         if self._step.again and character.casefold() == again:
             return Reply(value=FEEL_AGAIN)
         return super().press(character, elapsed_s)

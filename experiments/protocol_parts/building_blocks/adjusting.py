@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from slipscale.experiments.protocol_parts.base import Column, TrialRecord
+from slipscale.experiments.steps.columns import Column, TrialRecord
 
 
 def adjusted_columns(name: str, description: str) -> dict[str, Column]:

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable, Generator, Mapping, Sequence
 from typing import NamedTuple
 
-from slipscale.experiments.protocol_parts.base import Column, Context, Count, Switch, TrialRecord
+from slipscale.experiments.protocol_parts.base import Context, Count, Switch
 from slipscale.experiments.protocol_parts.building_blocks.pacing import RestedOptions
 from slipscale.experiments.protocol_parts.building_blocks.repeating import (
     Condition,
@@ -16,6 +16,7 @@ from slipscale.experiments.protocol_parts.building_blocks.repeating import (
     part_over,
 )
 from slipscale.experiments.protocol_parts.ordering.randomisation import Stream
+from slipscale.experiments.steps.columns import Column, TrialRecord
 from slipscale.experiments.steps.questions.base import Question, Sought
 from slipscale.experiments.steps.replies import Answer, Reply, Voided
 from slipscale.experiments.steps.steps import (

@@ -17,6 +17,7 @@ from functools import partial
 from typing import ClassVar, Literal, TypeVar
 
 from slipscale.experiments.languages.texts import Texts
+from slipscale.experiments.steps.columns import Column
 from slipscale.experiments.steps.screens.asking import Asking
 from slipscale.experiments.steps.screens.entry import Entry
 from slipscale.experiments.steps.screens.scene import Scene
@@ -116,6 +117,15 @@ class Question(ABC):
     def movement_s(self, _value: Value, /) -> float:
         """Return the duration of the movement that an answer contains, 0 if it contains none."""
         return 0.0
+
+    @classmethod
+    def columns(cls, name: str, /) -> dict[str, Column]:  # noqa: ARG003 - for several values
+        """Return the columns for the parts of an answer to the question called ``name``.
+
+        By default, there are none: an answer is one value, which the protocol's column with the
+        question's name contains.
+        """
+        return {}
 
     @property
     def listed(self) -> tuple[str, ...]:

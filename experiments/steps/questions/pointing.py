@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import ClassVar, NamedTuple
 
 from slipscale.experiments.languages.texts import Texts
+from slipscale.experiments.steps.columns import Column, TrialRecord
 from slipscale.experiments.steps.questions.base import Question
 from slipscale.experiments.steps.replies import Reply
 from slipscale.experiments.steps.screens import scene
@@ -97,6 +98,29 @@ class PointingQuestion(Question):
         """Return a selection after a movement at the person's pace."""
         return self.moved(person.stream("movement"), person.pace).value
 
+    @classmethod
+    def columns(cls, name: str, /) -> dict[str, Column]:
+        """Return the columns of the selected position and the duration of the movement."""
+
+        def selected(part: str, description: str, units: str) -> Column:
+            def value(record: TrialRecord) -> float | None:
+                found = Selection.of(record.answer(name))
+                return None if found is None else float(getattr(found, part))
+
+            return Column(value=value, description=description, units=units)
+
+        time = selected("time_s", "Time between selecting the start and the next selection", "s")
+        places = {
+            f"{name}_{axis}_mm": selected(
+                f"{axis}_mm",
+                f"{along} coordinate of the selected position relative to the middle of the "
+                f"screen, positive towards the {way}",
+                "mm",
+            )
+            for axis, along, way in (("x", "Horizontal", "right"), ("y", "Vertical", "top"))
+        }
+        return {"movement_time": time, **places}
+
     def moved(self, draws: Draws, pace: float) -> Selection:
         """Draw a movement time from Fitts's law, and an endpoint with a typical spread."""
         bits = math.log2(math.dist(self.start_mm, self.target_mm) / self.width_mm + 1)
@@ -137,8 +161,8 @@ class Pointing(Screen):
             start,
             target,
             *self._cursor(),
-            scene.hint(naming_key(self._texts, foot)),
-            *remaining(self._limit_s, elapsed_s, self._texts, y=0.34),
+            scene.hint(naming_key(self.texts, foot)),
+            *remaining(self.limit_s, elapsed_s, self.texts, y=0.34),
         )
 
     def see(self, x_mm: float, y_mm: float) -> None:
@@ -147,7 +171,7 @@ class Pointing(Screen):
 
     def press(self, character: str, elapsed_s: float) -> Reply | None:
         """Select the cursor's position if the pressed key is the continue key."""
-        if self._cursor_mm is None or character.casefold() != go_on_key(self._texts):
+        if self._cursor_mm is None or character.casefold() != go_on_key(self.texts):
             return None
         return self._select(*self._cursor_mm, elapsed_s)
 

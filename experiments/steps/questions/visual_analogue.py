@@ -90,7 +90,7 @@ class Marking(Screen):
 
     def scene(self, elapsed_s: float) -> Scene:
         """Return the question, the labelled line, the mark, and how to submit the answer."""
-        question, texts = self._question, self._texts
+        question, texts = self._question, self.texts
         half = LINE_LENGTH / 2
         notice = (scene.notice(self._notice),) if self._notice else ()
         foot = "window.mark_keys" if self._put is None else "window.mark_done"
@@ -109,12 +109,12 @@ class Marking(Screen):
             *notice,
             *(() if self._put is None else (DONE,)),
             scene.hint(naming_key(texts, foot)),
-            *remaining(self._limit_s, elapsed_s, texts, y=0.415),
+            *remaining(self.limit_s, elapsed_s, texts, y=0.415),
         )
 
     def press(self, character: str, elapsed_s: float) -> Reply | None:
         """Submit the rating on the `go_on` key or Enter, unless the time limit has passed."""
-        if character.casefold() not in (go_on_key(self._texts), ENTER, "\n"):
+        if character.casefold() not in (go_on_key(self.texts), ENTER, "\n"):
             return None
         return self._hand_in(elapsed_s)
 
@@ -148,7 +148,7 @@ class Marking(Screen):
         if self.expire(elapsed_s):
             return None
         if self._put is None:
-            self._notice = self._texts["window.mark_missing"]
+            self._notice = self.texts["window.mark_missing"]
             return None
         return Reply(value=self._put)
 

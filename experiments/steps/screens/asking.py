@@ -59,7 +59,7 @@ class Asking(Screen):
 
     def scene(self, elapsed_s: float) -> Scene:
         """Return the question, the entry and, after a rejected entry, the reason."""
-        left = remaining(self._limit_s, elapsed_s, self._texts, y=0.43)
+        left = remaining(self.limit_s, elapsed_s, self.texts, y=0.43)
         return (self._prompt, *self._body(), *self._foot(), *self._way_back(), *left)
 
     def _foot(self) -> Scene:
@@ -74,9 +74,9 @@ class Asking(Screen):
         if not self._back:
             return ()
         if self._touch:
-            words = self._texts["window.back_touch"]
+            words = self.texts["window.back_touch"]
             return scene.button(words, ERASE, x=0.0, y=BACK_Y, width=0.5, height=0.06)
-        return (replace(scene.hint(self._texts["window.back"]), y=BACK_Y),)
+        return (replace(scene.hint(self.texts["window.back"]), y=BACK_Y),)
 
     def press(self, character: str, elapsed_s: float) -> Reply | None:
         """Process a character. Return the outcome if the character completes the answer in time."""
@@ -87,7 +87,7 @@ class Asking(Screen):
         if isinstance(verdict, Reply):
             return verdict
         if verdict:
-            self._notice = self._texts[verdict.reason].format(**verdict.blanks)
+            self._notice = self.texts[verdict.reason].format(**verdict.blanks)
             if verdict.entry:
                 self.rejected.append(verdict.entry)
         return None

@@ -40,8 +40,8 @@ class Screen(ABC):
 
     def __init__(self, texts: Texts, time_limit_s: float | None = None) -> None:
         self.rejected: list[str] = []
-        self._texts = texts
-        self._limit_s = time_limit_s
+        self.texts = texts
+        self.limit_s = time_limit_s
 
     @abstractmethod
     def scene(self, elapsed_s: float) -> Scene:
@@ -82,5 +82,5 @@ class Screen(ABC):
 
     def expire(self, elapsed_s: float) -> Reply | None:
         """Return the screen's result if its time limit has passed."""
-        over = self._limit_s is not None and elapsed_s >= self._limit_s
+        over = self.limit_s is not None and elapsed_s >= self.limit_s
         return Reply(timed_out=True) if over else None

@@ -8,11 +8,12 @@ import pytest
 
 from slipscale.commands import main
 from slipscale.experiments.protocol_parts import registry
-from slipscale.experiments.protocol_parts.base import Column, Options, Protocol
+from slipscale.experiments.protocol_parts.base import Options, Protocol
 from slipscale.experiments.protocol_parts.registry import load_protocol
 from slipscale.experiments.running.pilot import pilot_plans, run_pilot
 from slipscale.experiments.running.rehearsal import check_answered, surfaces
 from slipscale.experiments.running.study_commands import validate
+from slipscale.experiments.steps.columns import Column
 from slipscale.experiments.steps.questions.number import NumberQuestion
 from slipscale.experiments.steps.steps import Ask, EndBlock, EndTrial, Explore, Instruct, Present
 from slipscale.experiments.steps.trial import Trial

@@ -8,10 +8,10 @@ import pytest
 
 from slipscale.experiments.languages.texts import load_texts
 from slipscale.experiments.participants.psychopy_window.screens import screen_for
-from slipscale.experiments.protocol_parts.base import TrialRecord
 from slipscale.experiments.protocols.pointing import PROTOCOL, Movement, Pointing, target_surface
 from slipscale.experiments.running.contact_sources import ContactSpecs
 from slipscale.experiments.running.rehearsal import check_supported, dry_run
+from slipscale.experiments.steps.columns import TrialRecord
 from slipscale.experiments.steps.questions.pointing import PointingQuestion, Selection
 from slipscale.experiments.steps.replies import Reply, Voided
 from slipscale.experiments.steps.screens.scene import Box, Disc
