@@ -17,8 +17,9 @@ from slipscale.experiments.steps.replies import Reply
 from slipscale.experiments.steps.trial import Value
 from slipscale.faults import UserError
 
-# Codes that on-screen keys send in addition to characters.
-ENTER, ERASE, CLEAR = "\r", "\b", "\x18"
+#: Character of the Enter key. On-screen keys send these characters, too.
+ENTER = "\r"
+ERASE, CLEAR = "\b", "\x18"
 NUMBER_LENGTH = 20
 # Characters of the unshifted digit row of a French keyboard; the key marked 2 enters 2.
 AZERTY = dict(zip("&é\"'(-è_ç", "123456789", strict=True))
