@@ -207,4 +207,4 @@ class Stopping(Asking):
             Text(content=texts["window.stop_note"], y=-0.19, size=scene.HINT, colour="quiet"),
         )
         keys = KeyEntry.yes_no(texts)
-        super().__init__(texts["window.stop"], keys, lambda: drawn, texts, hint="window.yes_or_no")
+        super().__init__(texts["window.stop"], keys, lambda: drawn, texts)

@@ -48,8 +48,8 @@ def option_at(place: float, options: Sequence[T]) -> T:
 class Question(ABC):
     """Base class of all kinds of questions.
 
-    A kind with an answer field implements `entry` and `body`, and sets ``hint``. A kind with its
-    own screen implements `screen`, and also `entry` if an operator can enter the answer.
+    A kind with an answer field implements `entry` and `body`. A kind with its own screen implements
+    `screen`, and also `entry` if an operator can enter the answer.
 
     Attributes
     ----------
@@ -70,11 +70,6 @@ class Question(ABC):
     @abstractmethod
     def rehearsed(self, place: float, /) -> Value:
         """Return an answer by its position in the range of answers; 0 is the first or "yes"."""
-
-    @property
-    def hint(self) -> str:
-        """Key of the text that explains how to answer."""
-        raise TypeError(f"no hint for {type(self).__name__}")
 
     def entry(self, _texts: Texts, /) -> Entry:
         """Return an empty answer field, for the participant's screen and the operator's answer."""
@@ -102,7 +97,6 @@ class Question(ABC):
             entry,
             partial(self.body, entry, texts),
             texts,
-            hint=self.hint,
             time_limit_s=time_limit_s,
             back=back,
         )

@@ -44,11 +44,6 @@ class ChoiceQuestion(Question):
         """Whether there are more options than number keys, so that a list is required."""
         return len(self.options) > NUMBER_KEYS
 
-    @property
-    def hint(self) -> str:
-        """Key of the text that explains how to answer."""
-        return "window.choose_number" if self.is_long else "window.choose_key"
-
     def entry(self, _texts: Texts, /) -> Entry:
         """Return an answer field with number keys or, if there are too few keys, a list."""
         codes = tuple(code for code, _ in self.options)

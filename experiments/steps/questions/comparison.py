@@ -40,11 +40,6 @@ class ComparisonQuestion(Question):
     def _numbers(self) -> tuple[float, ...]:
         return tuple(float(number) for number in range(1, len(self.options) + 1))
 
-    @property
-    def hint(self) -> str:
-        """Key of the text that explains how to answer."""
-        return "window.choose_key"
-
     def entry(self, _texts: Texts, /) -> Entry:
         """Return an answer field with one number key per interval."""
         return KeyEntry.numbered(self._numbers, self.prompt)

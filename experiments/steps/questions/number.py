@@ -43,11 +43,6 @@ class NumberQuestion(Question):
         """Return a number from 1 to 2."""
         return 1.0 + place
 
-    @property
-    def hint(self) -> str:
-        """Key of the text that explains how to answer."""
-        return "window.enter_number"
-
     def entry(self, _texts: Texts, /) -> Entry:
         """Return an answer field for a number."""
         return TypedEntry(partial(judge_number, positive=self.positive))

@@ -7,11 +7,12 @@ line.
 
 from __future__ import annotations
 
+import inspect
 from collections.abc import Callable
 from dataclasses import fields
 from functools import cache
 from importlib.metadata import EntryPoint
-from types import new_class
+from types import FunctionType, new_class
 from typing import Any, TypeVar
 
 from slipscale.experiments.steps.questions.base import Question
@@ -23,15 +24,6 @@ from slipscale.faults.message import Message
 from slipscale.faults.plug_ins import OURS, QUESTIONS, called, installed, package_of
 
 T = TypeVar("T", Question, Screen, Entry)
-
-# Functions that a kind, its screen and its answer field can define.
-OF_KIND = (
-    "fits", "rehearsed", "hint", "entry", "body", "screen", "simulated", "movement_s", "listed",
-)  # fmt: skip
-OF_SCREEN = (
-    "scene", "press", "erase", "move", "turn", "point", "see", "typed", "offer", "expire",
-)  # fmt: skip
-OF_ENTRY = ("place", "press", "erase", "turn")
 
 
 def kind_names() -> list[str]:
@@ -111,7 +103,7 @@ def _named(point: EntryPoint) -> str:
 
 @cache
 def _watched_kind(kind: type[Question], point: EntryPoint) -> type[Question]:
-    return _reporting(kind, OF_KIND, point, _own_parts_watched(point))
+    return _reporting(kind, Question, point, _own_parts_watched(point))
 
 
 def _own_parts_watched(point: EntryPoint) -> Callable[[Any, object], None]:
@@ -130,17 +122,17 @@ def _own_parts_watched(point: EntryPoint) -> Callable[[Any, object], None]:
                 )
 
         if isinstance(found, Screen):
-            found.__class__ = _reporting(type(found), OF_SCREEN, point, fits)
+            found.__class__ = _reporting(type(found), Screen, point, fits)
         elif isinstance(found, Entry):
-            found.__class__ = _reporting(type(found), OF_ENTRY, point, fits)
+            found.__class__ = _reporting(type(found), Entry, point, fits)
 
     return check
 
 
 def _reporting(
-    kind: type[T], names: tuple[str, ...], point: EntryPoint, check: Callable[[Any, object], None]
+    kind: type[T], base: type, point: EntryPoint, check: Callable[[Any, object], None]
 ) -> type[T]:
-    """Derive a class whose functions are called through `called`, and whose results are checked."""
+    """Derive a class that watches the functions of ``base`` and checks their results."""
 
     def reporting(function: Callable[..., Any]) -> Callable[..., Any]:
         def call(self: T, *arguments: Any, **options: Any) -> Any:
@@ -151,11 +143,11 @@ def _reporting(
         return call
 
     members: dict[str, Any] = {"__slots__": (), "__module__": kind.__module__}
-    for name in names:
-        own: Any = getattr(kind, name)
+    for name in (name for name in vars(base) if not name.startswith("_")):
+        own: Any = inspect.getattr_static(kind, name)
         if isinstance(own, property) and own.fget:
             members[name] = property(reporting(own.fget))
-        elif callable(own):
+        elif isinstance(own, FunctionType):
             members[name] = reporting(own)
     derived: type[T] = new_class(kind.__name__, (kind,), exec_body=lambda own: own.update(members))
     return derived

@@ -31,14 +31,9 @@ class TextQuestion(Question):
         """Return a short text."""
         return "-"
 
-    @property
-    def hint(self) -> str:
-        """Key of the text that explains how to answer."""
-        return "window.enter_text"
-
     def entry(self, _texts: Texts, /) -> Entry:
         """Return an answer field for a line of text."""
-        return TypedEntry(lambda line: Reply(value=line), self.max_length)
+        return TypedEntry(lambda line: Reply(value=line), "window.enter_text", self.max_length)
 
     def body(self, entry: Entry, _texts: Texts, /) -> Scene:
         """Return the answer field."""

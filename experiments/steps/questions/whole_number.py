@@ -39,11 +39,6 @@ class WholeNumberQuestion(Question):
         span = self.maximum - self.minimum + 1
         return float(self.minimum + int(person.stream(name).uniform() * span))
 
-    @property
-    def hint(self) -> str:
-        """Key of the text that explains how to answer."""
-        return "window.enter_number"
-
     def entry(self, _texts: Texts, /) -> Entry:
         """Return an answer field for a whole number."""
         return TypedEntry(partial(judge_whole_number, minimum=self.minimum, maximum=self.maximum))

@@ -34,11 +34,6 @@ class YesNoQuestion(Question):
         """Return "yes" in the first half of the range."""
         return place < 0.5  # noqa: PLR2004 - half of the range
 
-    @property
-    def hint(self) -> str:
-        """Key of the text that explains how to answer."""
-        return "window.yes_or_no"
-
     def entry(self, texts: Texts, /) -> Entry:
         """Return an answer field with the keys for yes and no."""
         return KeyEntry.yes_no(texts)

@@ -29,8 +29,6 @@ class Asking(Screen):
         Returns the drawing of the answer field or keys.
     texts : Mapping
         The texts in the participant's language.
-    hint : str
-        Key of the text that explains how to answer.
     time_limit_s : float or None
     back : bool
         Whether the participant can return to the previous question.
@@ -43,7 +41,6 @@ class Asking(Screen):
         body: Callable[[], Scene],
         texts: Texts,
         *,
-        hint: str,
         time_limit_s: float | None = None,
         back: bool = False,
     ) -> None:
@@ -52,7 +49,7 @@ class Asking(Screen):
         self._prompt = asked(prompt)
         self._entry = entry
         self._body = body
-        self._hint = texts[hint]
+        self._hint = texts[entry.hint]
         self._touch = by_touch(texts)
         self._notice = ""
         self._back = back

@@ -54,6 +54,8 @@ class Entry(ABC):
     ----------
     single_key : bool
         Whether a single key is the whole answer.
+    hint : str
+        Key of the text that explains how to answer.
     content : str
         The characters collected so far.
     place : int or None
@@ -62,7 +64,8 @@ class Entry(ABC):
 
     single_key: ClassVar[bool] = False
 
-    def __init__(self) -> None:
+    def __init__(self, hint: str) -> None:
+        self.hint = hint
         self.content = ""
 
     @property
@@ -89,14 +92,19 @@ class TypedEntry(Entry):
     ----------
     judge : callable
         Parses the line, and returns the answer or the reason why the line is invalid.
+    hint : str
+        Key of the text that explains what to type.
     max_length : int
         Maximum number of characters.
     """
 
     def __init__(
-        self, judge: Callable[[str], Reply | Refused], max_length: int = NUMBER_LENGTH
+        self,
+        judge: Callable[[str], Reply | Refused],
+        hint: str = "window.enter_number",
+        max_length: int = NUMBER_LENGTH,
     ) -> None:
-        super().__init__()
+        super().__init__(hint)
         self._judge = judge
         self._max_length = max_length
 
@@ -127,8 +135,8 @@ class KeyEntry(Entry):
 
     single_key = True
 
-    def __init__(self, answers: Mapping[str, Value]) -> None:
-        super().__init__()
+    def __init__(self, answers: Mapping[str, Value], hint: str = "window.choose_key") -> None:
+        super().__init__(hint)
         self._answers = answers
 
     @classmethod
@@ -154,7 +162,7 @@ class KeyEntry(Entry):
     def yes_no(cls, texts: Mapping[str, str]) -> Self:
         """Return an answer field with the keys for yes and no in the participant's language."""
         yes, no = texts["window.yes_key"].casefold(), texts["window.no_key"].casefold()
-        return cls({yes: True, no: False})
+        return cls({yes: True, no: False}, "window.yes_or_no")
 
     def press(self, character: str) -> Verdict:
         """Accept a key as the answer, or refuse it if it is not an answer key."""
@@ -177,7 +185,7 @@ class ListEntry(Entry):
     """
 
     def __init__(self, values: tuple[Value, ...]) -> None:
-        super().__init__()
+        super().__init__("window.choose_number")
         self._values = values
 
     @property

@@ -165,7 +165,6 @@ class Grip(Question):
     """How much grip, in whole numbers."""
 
     EXPECTED = "a whole number"
-    hint = "window.enter_number"
 
     def fits(self, value):
         return isinstance(value, int)
