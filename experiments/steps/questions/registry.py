@@ -85,7 +85,7 @@ def watched(question: Question, asker: str) -> Question:
             made = {each.name: getattr(question, each.name) for each in fields(question)}
             return _watched_kind(kind, point)(**made)
     raise UserError(
-        "{asker} asks a {kind}, which is not an installed kind of question; expected an entry "
+        "{asker}: {kind} is not an installed kind of question; expected an entry "
         "point in the group {group}",
         asker=asker,
         kind=kind.__name__,

@@ -262,6 +262,22 @@ def test_an_entry_point_that_is_no_protocol_is_refused(pilot, monkeypatch):
         load_protocol("grip")
 
 
+class Unregistered(NumberQuestion):
+    """A kind of question that no package registers."""
+
+
+def test_a_question_whose_kind_is_not_registered_is_refused_before_a_pilot(pilot):
+    def asks(_options, context):
+        trial = Trial(task=context.task, number=1, total=1)
+        yield Present(surface=VirtualSurface(level=1.2), trial=trial)
+        yield Ask(name="grip", question=Unregistered(prompt="Grip?"), trial=trial)
+        yield EndTrial(trial=trial)
+
+    said = "'grip' of the package ourlab: Unregistered is not an installed kind"
+    with pytest.raises(UserError, match=said):
+        pilot(GRIP, steps=asks)
+
+
 def test_two_packages_that_give_the_same_name_are_refused(monkeypatch):
     points = [
         EntryPoint(name="grip", value=f"{package}.grip:PROTOCOL", group="slipscale.protocols")

@@ -52,6 +52,13 @@ class Instant(Behaviour):
         return -1.0
 
 
+class Careless(Behaviour):
+    """Forgets whom it changes."""
+
+    def __init__(self, _person):
+        pass
+
+
 class Misnumbered(Behaviour):
     """Has a number that no population has."""
 
@@ -79,6 +86,7 @@ def installed(monkeypatch):
         "faulty": Faulty,
         "wordy": Wordy,
         "instant": Instant,
+        "careless": Careless,
         "misnumbered": Misnumbered,
         "nobody": dict,
     }
@@ -146,6 +154,7 @@ def test_a_population_without_them_is_written_as_it_always_was():
         ("faulty", r"raised ZeroDivisionError: nothing felt \(module .*test_behaviour, line"),
         ("wordy", "answered 'a lot' to 'estimate', expected a number of 0 or more"),
         ("instant", "the duration of a step is -1.0; expected a number of seconds"),
+        ("careless", "raised KeyError: 'person'"),
         ("misnumbered", "its population is invalid: trial_to_tral: unknown key"),
         ("nobody", "expected a class derived from Behaviour"),
     ],

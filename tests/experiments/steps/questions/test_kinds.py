@@ -239,7 +239,7 @@ def test_an_answer_that_does_not_fit_is_no_answer(grip, part):
 
 
 def test_a_kind_that_no_package_registers_cannot_be_asked():
-    with pytest.raises(UserError, match="protocol 'grip' asks a Grip, which is not an installed"):
+    with pytest.raises(UserError, match="protocol 'grip': Grip is not an installed kind"):
         watched(Grip(prompt="Grip?"), "protocol 'grip'")
 
 
