@@ -54,10 +54,10 @@ def load_kind(name: str) -> type[Question]:
         )
     if lacking := sorted(kind.__abstractmethods__):
         raise UserError(
-            "{named}: {name} has no {lacking}; define every required method",
+            "{named}: {name} lacks {lacking}; define every required method",
             named=named,
             name=kind.__name__,
-            lacking=" and no ".join(lacking),
+            lacking=", ".join(lacking),
         )
     return kind
 
