@@ -19,7 +19,7 @@ import numpy as np
 
 from slipscale.experiments.languages.texts import load_texts
 from slipscale.experiments.participants.psychopy_window import PsychoPyWindow
-from slipscale.experiments.steps.questions import YesNoQuestion
+from slipscale.experiments.steps.questions.yes_no import YesNoQuestion
 from slipscale.experiments.steps.steps import Ask
 from slipscale.hardware.clock import SystemClock
 

@@ -15,6 +15,7 @@ from typing import TypeVar
 from slipscale.faults import RigError, UserError
 
 PROTOCOLS = "slipscale.protocols"
+QUESTIONS = "slipscale.questions"
 PARTICIPANTS = "slipscale.participants"
 ANALYSES = "slipscale.analyses"
 OURS = "slipscale"

@@ -6,7 +6,13 @@ from pathlib import Path
 
 import pytest
 
-PUBLIC = ("slipscale", "slipscale.protocol", "slipscale.backend", "slipscale.task")
+PUBLIC = (
+    "slipscale",
+    "slipscale.protocol",
+    "slipscale.backend",
+    "slipscale.task",
+    "slipscale.question",
+)
 EXAMPLES = sorted((Path(__file__).parents[1] / "docs" / "extending").rglob("*.py"))
 
 

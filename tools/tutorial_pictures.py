@@ -30,7 +30,7 @@ from slipscale.hardware.clock import SystemClock
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from slipscale.experiments.participants.psychopy_window.scene import Scene
+    from slipscale.experiments.steps.screens.scene import Scene
 
 
 IMAGES = Path(__file__).resolve().parent.parent / "docs" / "images" / "tutorials"

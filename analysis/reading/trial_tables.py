@@ -21,8 +21,9 @@ from slipscale.experiments.dataset.schema import (
     VOIDED,
     columns,
 )
-from slipscale.experiments.protocol_parts.base import Column, Protocol
+from slipscale.experiments.protocol_parts.base import Protocol
 from slipscale.experiments.protocols import descending_difference, magnitude_estimation
+from slipscale.experiments.steps.columns import Column
 from slipscale.stimuli.quantity import PLATE_AMPLITUDE
 
 #: Columns that identify a run. Participant, session and run are read from file names in a data set,

@@ -12,7 +12,7 @@ from dataclasses import replace
 from typing import Any
 
 from slipscale.experiments.journal.record import Record
-from slipscale.experiments.protocol_parts.base import Column, TrialRecord
+from slipscale.experiments.steps.columns import Column, TrialRecord
 from slipscale.experiments.steps.trial import Value
 from slipscale.experiments.study.stroke import OUTSIDE, WITHIN
 from slipscale.hardware.contact.measures import friction, movement

@@ -34,13 +34,14 @@ from slipscale.experiments.dataset.schema import (
 from slipscale.experiments.dataset.tsv import cell, sidecar, table
 from slipscale.experiments.journal.plan_and_progress import software
 from slipscale.experiments.journal.serialisation import in_file
-from slipscale.experiments.steps.questions import CONSENT
+from slipscale.experiments.steps.questions.base import CONSENT
 from slipscale.experiments.study.file import study_hash
 from slipscale.faults.message import Message
 
 if TYPE_CHECKING:
     from slipscale.experiments.dataset.files import Content
-    from slipscale.experiments.protocol_parts.base import Column, Protocol
+    from slipscale.experiments.protocol_parts.base import Protocol
+    from slipscale.experiments.steps.columns import Column
     from slipscale.experiments.steps.trial import Value
     from slipscale.experiments.study.model import Study
     from slipscale.experiments.study.run_plan import RunPlan

@@ -24,7 +24,7 @@ from slipscale.experiments.journal.serialisation import (
     surface_from,
     trial_from,
 )
-from slipscale.experiments.protocol_parts.base import IntervalRecord, TrialRecord
+from slipscale.experiments.steps.columns import IntervalRecord, TrialRecord
 from slipscale.experiments.steps.trial import Value
 from slipscale.experiments.study.stroke import WITHIN
 

@@ -14,7 +14,8 @@ from dataclasses import replace
 from typing import Any
 
 from slipscale.experiments.dataset.measured import MEASURED, SECOND_READBACK, measured_columns
-from slipscale.experiments.protocol_parts.base import Column, IntervalRecord, Protocol, TrialRecord
+from slipscale.experiments.protocol_parts.base import Protocol
+from slipscale.experiments.steps.columns import Column, IntervalRecord, TrialRecord
 from slipscale.experiments.study.person_questions import TAKEN
 from slipscale.experiments.study.questionnaires import ROW
 from slipscale.experiments.study.run_plan import stem

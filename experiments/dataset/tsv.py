@@ -8,7 +8,7 @@ import math
 from collections.abc import Mapping
 
 from slipscale.experiments.dataset.schema import MISSING
-from slipscale.experiments.protocol_parts.base import Column
+from slipscale.experiments.steps.columns import Column
 from slipscale.experiments.steps.trial import Value
 
 # Times are stored to the microsecond, because the clocks of key events are not more precise.

@@ -22,7 +22,7 @@ from slipscale.experiments.dataset.journals import Problem, read_runs
 from slipscale.experiments.dataset.rendering import README, render
 from slipscale.experiments.dataset.schema import SIDECAR
 from slipscale.experiments.dataset.withdrawn import RECORD, unfinished
-from slipscale.experiments.steps.questions import CONSENT
+from slipscale.experiments.steps.questions.base import CONSENT
 from slipscale.experiments.study.person_questions import TAKEN
 from slipscale.faults.message import Message
 

@@ -19,7 +19,7 @@ from slipscale.experiments.journal.reading import (
 )
 from slipscale.experiments.journal.record import Record
 from slipscale.experiments.journal.record_shapes import checked
-from slipscale.experiments.steps.questions import CONSENT
+from slipscale.experiments.steps.questions.base import CONSENT
 from slipscale.experiments.study.run_plan import RunPlan
 from slipscale.faults import UserError
 

@@ -133,7 +133,9 @@ def _renamed(data: Any, scope: Scope, names: Mapping[str, str] = EMPTY) -> Any:
         if isinstance(kind, str):
             names = scope.plate if kind == Presented.__name__ else scope.steps
         found = {
-            names.get(key, key): _renamed(value, scope, _names_in(key, scope, names))
+            names.get(key, key): value
+            if key == "question"  # the fields of any kind of question; none of them is a level
+            else _renamed(value, scope, _names_in(key, scope, names))
             for key, value in data.items()
         }
         if kind == Adjust.__name__ and isinstance(found.get("name"), str):

@@ -12,8 +12,8 @@ from typing import Any
 from slipscale.experiments.dataset.rows_from_journal import gather
 from slipscale.experiments.journal.plan_and_progress import elapsed_s, read_usable
 from slipscale.experiments.journal.record import Record
-from slipscale.experiments.protocol_parts.base import TrialRecord
-from slipscale.experiments.steps.questions import CONSENT
+from slipscale.experiments.steps.columns import TrialRecord
+from slipscale.experiments.steps.questions.base import CONSENT
 from slipscale.faults import UserError
 from slipscale.hardware.errors import visible_message
 

@@ -11,13 +11,15 @@ from dataclasses import replace
 from importlib.metadata import EntryPoint
 from typing import TYPE_CHECKING, Any, get_args
 
-from slipscale.experiments.steps.steps import Step, Steps
+from slipscale.experiments.steps.questions.registry import watched
+from slipscale.experiments.steps.steps import Ask, Step, Steps
 from slipscale.faults import UserError
 from slipscale.faults.message import Message
 from slipscale.faults.plug_ins import called
 
 if TYPE_CHECKING:
-    from slipscale.experiments.protocol_parts.base import Column, Context, Protocol
+    from slipscale.experiments.protocol_parts.base import Context, Protocol
+    from slipscale.experiments.steps.columns import Column
     from slipscale.experiments.steps.replies import Answer
 
 STEPS = get_args(Step)
@@ -123,6 +125,8 @@ def _steps(protocol: Protocol, point: EntryPoint) -> Callable[[Any, Context], St
                     name=type(step).__name__,
                     steps=", ".join(kind.__name__ for kind in STEPS),
                 )
+            if isinstance(step, Ask):
+                step = replace(step, question=watched(step.question, protocol.named))
             answer = yield step
 
     return steps

@@ -6,97 +6,15 @@ function has access only to a `SimulatedPerson`, not to the protocol's plan or t
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from typing import Any, Protocol
+from collections.abc import Callable
+from typing import Any
 
-from slipscale.experiments.protocol_parts.ordering.randomisation import Stream
-from slipscale.experiments.steps.questions import ComparisonQuestion
 from slipscale.experiments.steps.replies import FEEL_AGAIN
+from slipscale.experiments.steps.simulated_person import SimulatedPerson
 from slipscale.experiments.steps.steps import Adjust, Ask
 from slipscale.experiments.steps.trial import Value
-from slipscale.faults import UserError
 
 ASKS_AGAIN = 0.5  # assumed proportion of matches that repeat the reference before the end
-
-
-class SimulatedPerson(Protocol):
-    """Properties of a simulated participant that can influence simulated answers.
-
-    All values depend on the seed, the participant, the trial and the plate's behaviour, never on
-    the number of calls.
-    """
-
-    @property
-    def language(self) -> str:
-        """The language of verbal reports."""
-
-    @property
-    def scale_top(self) -> float:
-        """The number that the person would give to the most slippery surface imaginable."""
-
-    @property
-    def rises(self) -> bool:
-        """Whether the judged attribute increases with the level."""
-
-    @property
-    def pace(self) -> float:
-        """The time that this person takes for an action, relative to the median person."""
-
-    @property
-    def turned(self) -> int:
-        """Net number of notches turned so far in an `Adjust` step."""
-
-    @property
-    def felt_again(self) -> int:
-        """Number of times that the reference was repeated in an `Adjust` step."""
-
-    @property
-    def felt_level(self) -> tuple[float, ...]:
-        """The levels felt in this trial, µm peak to peak, in the order of its intervals."""
-
-    @property
-    def impressions(self) -> tuple[float, ...]:
-        """Sensation strengths (0 to 100) in this trial, plus noise."""
-
-    def usual(self, level: float) -> float:
-        """Return the strength of sensation (0 to 100) that the person expects at a level."""
-
-    def pick(self, strengths: Sequence[float]) -> int:
-        """Return the index of the strength that the person judges largest.
-
-        The choice also depends on lapses and on a bias towards one of the intervals.
-        """
-
-    def says_yes(self, strength: float) -> bool:
-        """Return whether a difference between impressions is large enough for the answer "yes"."""
-
-    def estimate(self) -> float:
-        """Return a magnitude estimate of the last surface, on this person's own scale."""
-
-    def rating(self, start: float) -> float:
-        """Return a rating of the last surface on a line from 0 to 100.
-
-        ``start`` is the initial position of the mark, towards which some people's ratings are
-        biased.
-        """
-
-    def ratio(self) -> float:
-        """Return the strength of the last surface relative to the standard, above 0."""
-
-    def reaches(self, ratio: float) -> bool:
-        """Return whether the last surface is at least ``ratio`` times as strong as the standard."""
-
-    def lapses(self) -> bool:
-        """Return whether this person answers this question at random (a lapse)."""
-
-    def notices(self) -> bool:
-        """Return whether the person perceives a difference between the last two surfaces."""
-
-    def verbal_report(self) -> str:
-        """Return the person's verbal report of what disappeared when the level decreased."""
-
-    def stream(self, *purpose: str | int) -> Stream:
-        """Return the random number stream of this person and trial for a purpose."""
 
 
 #: A function that answers a question. For an `Adjust` step, the function is called after each notch
@@ -104,38 +22,15 @@ class SimulatedPerson(Protocol):
 SimulatedAnswer = Callable[[Any, SimulatedPerson], "Value"]
 
 
-def compared(step: Ask, person: SimulatedPerson) -> float:
-    """Answer a `ComparisonQuestion` with the interval that seemed most (or least) slippery."""
-    question = step.question
-    if not isinstance(question, ComparisonQuestion):
-        raise UserError(
-            "'{step_name}' does not compare surfaces; expected a ComparisonQuestion",
-            step_name=step.name,
-        )
-    felt = person.impressions
-    if question.seeks == "odd":
-        total = sum(felt)
-        return float(1 + person.pick([abs(len(felt) * each - total) for each in felt]))
-    sign = 1 if question.seeks == "most" else -1
-    return float(1 + person.pick([sign * each for each in felt]))
+def as_asked(step: Ask, person: SimulatedPerson) -> Value:
+    """Answer as participants answer this kind of question, if nothing else is known about it."""
+    return step.question.simulated(person, step.name)
 
 
 def notices_difference(_step: Ask, person: SimulatedPerson) -> bool:
     """Answer whether two surfaces were different, based on the difference between impressions."""
     first, second = person.impressions
     return person.says_yes(abs(first - second))
-
-
-def any_choice(step: Ask, person: SimulatedPerson) -> Value:
-    """Answer a `ChoiceQuestion` that has no correct answer by choosing a random option."""
-    if isinstance(step.question, ComparisonQuestion):
-        raise UserError(
-            "'{step_name}' compares surfaces, so a pilot cannot answer it at random",
-            step_name=step.name,
-        )
-    options = getattr(step.question, "options", ())
-    chosen: str = person.stream(step.name).choice(options)[0]
-    return chosen
 
 
 def until_equal(step: Adjust, person: SimulatedPerson) -> int | str:

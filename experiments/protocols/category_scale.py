@@ -8,14 +8,7 @@ from typing import Annotated
 from pydantic import Field
 
 from slipscale.experiments.languages.texts import FEWEST_ANSWERS, NUMBER_KEYS
-from slipscale.experiments.protocol_parts.base import (
-    AtLeastOne,
-    Column,
-    Context,
-    Protocol,
-    TrialRecord,
-    Words,
-)
+from slipscale.experiments.protocol_parts.base import AtLeastOne, Context, Protocol, Words
 from slipscale.experiments.protocol_parts.building_blocks.rated_surfaces import (
     BLOCK,
     TEXTURE,
@@ -25,9 +18,10 @@ from slipscale.experiments.protocol_parts.building_blocks.rated_surfaces import 
     surface_blocks,
     surface_trials,
 )
-from slipscale.experiments.protocol_parts.simulated_answers import SimulatedPerson
-from slipscale.experiments.steps.questions import ChoiceQuestion
+from slipscale.experiments.steps.columns import Column, TrialRecord
+from slipscale.experiments.steps.questions.choice import ChoiceQuestion
 from slipscale.experiments.steps.replies import Answer
+from slipscale.experiments.steps.simulated_person import SimulatedPerson
 from slipscale.experiments.steps.steps import Ask, Instruct, Step, Steps
 from slipscale.faults.frozen_table import setting
 
@@ -84,7 +78,7 @@ def _rating(record: TrialRecord) -> float | None:
 
 def _answer(step: Ask, person: SimulatedPerson) -> str:
     """Choose the category that corresponds to the person's mark on a line."""
-    options = step.question.options if isinstance(step.question, ChoiceQuestion) else ()
+    options = step.of_kind(ChoiceQuestion).options
     place = int(person.rating(0.0) / 100 * len(options))
     return options[min(place, len(options) - 1)][0]
 

@@ -12,15 +12,7 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from slipscale.experiments.languages.texts import answers
-from slipscale.experiments.protocol_parts.base import (
-    Amplitude,
-    AtLeastOne,
-    Column,
-    Context,
-    Protocol,
-    TrialRecord,
-    truth,
-)
+from slipscale.experiments.protocol_parts.base import Amplitude, AtLeastOne, Context, Protocol
 from slipscale.experiments.protocol_parts.building_blocks.comparing import (
     DESIGN,
     Comparing,
@@ -29,8 +21,12 @@ from slipscale.experiments.protocol_parts.building_blocks.comparing import (
     sought,
     with_catch_trials,
 )
-from slipscale.experiments.protocol_parts.simulated_answers import SimulatedPerson, compared
-from slipscale.experiments.steps.questions import ComparisonQuestion, Question, YesNoQuestion
+from slipscale.experiments.protocol_parts.simulated_answers import as_asked
+from slipscale.experiments.steps.columns import Column, TrialRecord, truth
+from slipscale.experiments.steps.questions.base import Question
+from slipscale.experiments.steps.questions.comparison import ComparisonQuestion
+from slipscale.experiments.steps.questions.yes_no import YesNoQuestion
+from slipscale.experiments.steps.simulated_person import SimulatedPerson
 from slipscale.experiments.steps.steps import Ask, Steps
 from slipscale.experiments.steps.trial import Phase, Value
 from slipscale.faults import UserError
@@ -190,7 +186,7 @@ def _answer(step: Ask, person: SimulatedPerson) -> Value:
     if isinstance(step.question, YesNoQuestion):
         sign = 1 if step.question.seeks == "most" else -1
         return person.pick([sign * each for each in person.impressions]) == 1
-    return compared(step, person)
+    return as_asked(step, person)
 
 
 PROTOCOL = Protocol(

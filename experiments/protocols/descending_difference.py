@@ -15,18 +15,19 @@ from slipscale.experiments.languages.texts import answers
 from slipscale.experiments.protocol_parts.base import (
     Amplitude,
     AtLeastOne,
-    Column,
     Context,
     Count,
     Protocol,
     Switch,
-    TrialRecord,
 )
 from slipscale.experiments.protocol_parts.building_blocks.pacing import PacedOptions
 from slipscale.experiments.protocol_parts.building_blocks.repeating import Repeating, part_over
 from slipscale.experiments.protocol_parts.ordering.randomisation import with_catch_steps
-from slipscale.experiments.protocol_parts.simulated_answers import SimulatedPerson, any_choice
-from slipscale.experiments.steps.questions import ChoiceQuestion, TextQuestion, YesNoQuestion
+from slipscale.experiments.protocol_parts.simulated_answers import as_asked
+from slipscale.experiments.steps.columns import Column, TrialRecord
+from slipscale.experiments.steps.questions.choice import ChoiceQuestion
+from slipscale.experiments.steps.questions.text import TextQuestion
+from slipscale.experiments.steps.questions.yes_no import YesNoQuestion
 from slipscale.experiments.steps.replies import Answer, Reply, Voided
 from slipscale.experiments.steps.steps import (
     Ask,
@@ -39,7 +40,7 @@ from slipscale.experiments.steps.steps import (
     Step,
     Steps,
 )
-from slipscale.experiments.steps.trial import Trial, Value
+from slipscale.experiments.steps.trial import Trial
 from slipscale.faults.frozen_table import setting
 from slipscale.stimuli.surface import Stimulus
 
@@ -188,14 +189,6 @@ def _felt(record: TrialRecord) -> str | None:
     return None if answer is None else "yes" if answer else "no"
 
 
-def _notices(_: object, person: SimulatedPerson) -> bool:
-    return person.notices()
-
-
-def _reports(_: object, person: SimulatedPerson) -> Value:
-    return person.verbal_report()
-
-
 def _amplitude_before(record: TrialRecord) -> float | None:
     return _amplitude(record.before)
 
@@ -214,9 +207,9 @@ PROTOCOL = Protocol(
     instructions="descending_difference.instructions",
     amplitudes=("start_level",),
     simulated={
-        "difference_felt": _notices,
-        "verbal_report": _reports,
-        "confidence": any_choice,
+        "difference_felt": as_asked,
+        "verbal_report": as_asked,
+        "confidence": as_asked,
     },
     design={
         "series": Column(description="Descending series, from 1"),

@@ -9,13 +9,7 @@ from __future__ import annotations
 
 from typing import Literal
 
-from slipscale.experiments.protocol_parts.base import (
-    Amplitude,
-    Column,
-    Context,
-    Protocol,
-    TrialRecord,
-)
+from slipscale.experiments.protocol_parts.base import Amplitude, Context, Protocol
 from slipscale.experiments.protocol_parts.building_blocks.forced_choice import (
     DESIGN,
     RESPONSE,
@@ -27,6 +21,7 @@ from slipscale.experiments.protocol_parts.building_blocks.forced_choice import (
     intervals_of,
     most_trials,
 )
+from slipscale.experiments.steps.columns import Column, TrialRecord
 from slipscale.experiments.steps.rounding import rounded
 from slipscale.experiments.steps.steps import Steps
 from slipscale.faults import UserError

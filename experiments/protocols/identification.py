@@ -10,14 +10,7 @@ from collections.abc import Generator
 from typing import Literal
 
 from slipscale.experiments.languages.texts import NUMBER_KEYS
-from slipscale.experiments.protocol_parts.base import (
-    AtLeastOne,
-    Column,
-    Context,
-    Count,
-    Positive,
-    Protocol,
-)
+from slipscale.experiments.protocol_parts.base import AtLeastOne, Context, Count, Positive, Protocol
 from slipscale.experiments.protocol_parts.building_blocks.comparing import surface_name
 from slipscale.experiments.protocol_parts.building_blocks.rated_surfaces import (
     BLOCK,
@@ -26,9 +19,10 @@ from slipscale.experiments.protocol_parts.building_blocks.rated_surfaces import 
     RatedSurfaces,
     surface_blocks,
 )
-from slipscale.experiments.protocol_parts.simulated_answers import SimulatedPerson
-from slipscale.experiments.steps.questions import ChoiceQuestion
+from slipscale.experiments.steps.columns import Column
+from slipscale.experiments.steps.questions.choice import ChoiceQuestion
 from slipscale.experiments.steps.replies import Answer, Reply
+from slipscale.experiments.steps.simulated_person import SimulatedPerson
 from slipscale.experiments.steps.steps import Ask, Feedback, Instruct, Present, Silence, Step, Steps
 from slipscale.faults import UserError
 from slipscale.faults.frozen_table import setting
@@ -120,9 +114,7 @@ class _Run(RatedSurfaces):
 
 def _answer(step: Ask, person: SimulatedPerson) -> str:
     """Choose the surface whose usual sensation is closest to the sensation in this trial."""
-    question = step.question
-    if not isinstance(question, ChoiceQuestion):
-        raise TypeError(f"'{step.name}' is not a choice")
+    question = step.of_kind(ChoiceQuestion)
     (seemed,) = person.impressions
     away = [-abs(seemed - person.usual(float(code))) for code, _ in question.options]
     return question.options[person.pick(away)][0]

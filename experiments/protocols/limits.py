@@ -16,7 +16,6 @@ from typing import NamedTuple
 from slipscale.experiments.protocol_parts.base import (
     Amplitude,
     AtLeastOne,
-    Column,
     Context,
     Count,
     Positive,
@@ -27,7 +26,8 @@ from slipscale.experiments.protocol_parts.building_blocks.comparing import PAIR,
 from slipscale.experiments.protocol_parts.building_blocks.pacing import RestedOptions
 from slipscale.experiments.protocol_parts.building_blocks.repeating import Repetition, part_over
 from slipscale.experiments.protocol_parts.simulated_answers import notices_difference
-from slipscale.experiments.steps.questions import YesNoQuestion
+from slipscale.experiments.steps.columns import Column
+from slipscale.experiments.steps.questions.yes_no import YesNoQuestion
 from slipscale.experiments.steps.replies import Answer, Reply, Voided
 from slipscale.experiments.steps.rounding import rounded
 from slipscale.experiments.steps.steps import Ask, EndTrial, Instruct, Step, Steps

@@ -11,14 +11,7 @@ from typing import Literal
 
 from pydantic import ValidationInfo, field_validator
 
-from slipscale.experiments.protocol_parts.base import (
-    Amplitude,
-    Column,
-    Context,
-    Positive,
-    Protocol,
-    TrialRecord,
-)
+from slipscale.experiments.protocol_parts.base import Amplitude, Context, Positive, Protocol
 from slipscale.experiments.protocol_parts.building_blocks.rated_surfaces import (
     BLOCK,
     TEXTURE,
@@ -28,9 +21,11 @@ from slipscale.experiments.protocol_parts.building_blocks.rated_surfaces import 
     surface_blocks,
     surface_trials,
 )
-from slipscale.experiments.protocol_parts.simulated_answers import SimulatedPerson
-from slipscale.experiments.steps.questions import NumberQuestion
+from slipscale.experiments.protocol_parts.simulated_answers import as_asked
+from slipscale.experiments.steps.columns import Column, TrialRecord
+from slipscale.experiments.steps.questions.number import NumberQuestion
 from slipscale.experiments.steps.replies import Answer
+from slipscale.experiments.steps.simulated_person import SimulatedPerson
 from slipscale.experiments.steps.steps import Ask, Explore, Instruct, Present, Silence, Step, Steps
 from slipscale.experiments.steps.trial import Value
 from slipscale.faults.frozen_table import setting
@@ -129,10 +124,6 @@ class _Run(RatedSurfaces):
         )
 
 
-def _estimate(_: object, person: SimulatedPerson) -> float:
-    return person.estimate()
-
-
 def _scale_top(_: object, person: SimulatedPerson) -> float:
     return person.scale_top
 
@@ -156,7 +147,7 @@ PROTOCOL = Protocol(
     amplitudes=("standard_level",),
     textures=True,
     simulated={
-        "estimate": _estimate,
+        "estimate": as_asked,
         "scale_top": _scale_top,
     },
     design=BLOCK,

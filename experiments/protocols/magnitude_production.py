@@ -13,15 +13,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field, field_validator
 
-from slipscale.experiments.protocol_parts.base import (
-    AtLeastOne,
-    Column,
-    Context,
-    Count,
-    Positive,
-    Protocol,
-    TrialRecord,
-)
+from slipscale.experiments.protocol_parts.base import AtLeastOne, Context, Count, Positive, Protocol
 from slipscale.experiments.protocol_parts.building_blocks.adjusting import adjusted_columns
 from slipscale.experiments.protocol_parts.building_blocks.against_standard import (
     DESIGN_COLUMNS,
@@ -37,6 +29,7 @@ from slipscale.experiments.protocol_parts.building_blocks.rated_surfaces import 
     with_catch_trials,
 )
 from slipscale.experiments.protocol_parts.simulated_answers import until_number
+from slipscale.experiments.steps.columns import Column, TrialRecord
 from slipscale.experiments.steps.replies import Answer
 from slipscale.experiments.steps.rounding import rounded
 from slipscale.experiments.steps.steps import Adjust, Instruct, Present, Silence, Step, Steps

@@ -15,14 +15,11 @@ from pydantic import Field
 from slipscale.experiments.protocol_parts.base import (
     Amplitude,
     AtLeastOne,
-    Column,
     Context,
     Count,
     Positive,
     Protocol,
     Switch,
-    TrialRecord,
-    truth,
 )
 from slipscale.experiments.protocol_parts.building_blocks.adjusting import adjusted_columns
 from slipscale.experiments.protocol_parts.building_blocks.comparing import (
@@ -32,6 +29,7 @@ from slipscale.experiments.protocol_parts.building_blocks.comparing import (
 from slipscale.experiments.protocol_parts.building_blocks.pacing import RestedOptions
 from slipscale.experiments.protocol_parts.building_blocks.repeating import part_over
 from slipscale.experiments.protocol_parts.simulated_answers import until_equal
+from slipscale.experiments.steps.columns import Column, TrialRecord, truth
 from slipscale.experiments.steps.replies import Answer, Reply, Voided
 from slipscale.experiments.steps.rounding import rounded
 from slipscale.experiments.steps.steps import (

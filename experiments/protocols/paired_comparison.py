@@ -12,7 +12,7 @@ from itertools import combinations
 from typing import Literal
 
 from slipscale.experiments.languages.texts import answers
-from slipscale.experiments.protocol_parts.base import AtLeastOne, Column, Context, Protocol
+from slipscale.experiments.protocol_parts.base import AtLeastOne, Context, Protocol
 from slipscale.experiments.protocol_parts.building_blocks.comparing import (
     DESIGN,
     Comparing,
@@ -22,9 +22,12 @@ from slipscale.experiments.protocol_parts.building_blocks.comparing import (
     the_two_ends,
     with_catch_trials,
 )
-from slipscale.experiments.protocol_parts.simulated_answers import SimulatedPerson, compared
-from slipscale.experiments.steps.questions import ComparisonQuestion
+from slipscale.experiments.protocol_parts.simulated_answers import as_asked
+from slipscale.experiments.steps.columns import Column
+from slipscale.experiments.steps.questions.comparison import ComparisonQuestion
+from slipscale.experiments.steps.simulated_person import SimulatedPerson
 from slipscale.experiments.steps.steps import Ask, Steps
+from slipscale.experiments.steps.trial import Value
 from slipscale.faults import UserError
 from slipscale.faults.frozen_table import setting
 from slipscale.stimuli.surface import Stimulus
@@ -104,11 +107,11 @@ def _easy(options: PairedComparison, context: Context) -> tuple[Stimulus, ...]:
     return (low, low, high) if options.form == "triads" else (low, high)
 
 
-def _answer(step: Ask, person: SimulatedPerson) -> float:
+def _answer(step: Ask, person: SimulatedPerson) -> Value:
     """Choose the surface that seemed more slippery, or the step that seemed larger."""
     seemed = person.impressions
     if len(seemed) == SIZE["pairs"]:
-        return compared(step, person)
+        return as_asked(step, person)
     first, second, third = seemed
     return float(1 + person.pick([abs(second - first), abs(third - second)]))
 

@@ -21,21 +21,19 @@ from pydantic import Field
 from slipscale.experiments.protocol_parts.base import (
     Amplitude,
     AtLeastOne,
-    Column,
     Context,
     Count,
-    Given,
     Options,
     Positive,
     Protocol,
     Seconds,
     Switch,
-    TrialRecord,
 )
 from slipscale.experiments.protocol_parts.building_blocks.repeating import Repeating, part_over
-from slipscale.experiments.protocol_parts.simulated_answers import SimulatedPerson
-from slipscale.experiments.steps.questions import PointingQuestion, Selection
+from slipscale.experiments.steps.columns import Column, Given, TrialRecord
+from slipscale.experiments.steps.questions.pointing import PointingQuestion, Selection
 from slipscale.experiments.steps.replies import Answer, Reply, Voided
+from slipscale.experiments.steps.simulated_person import SimulatedPerson
 from slipscale.experiments.steps.steps import (
     Ask,
     EndTrial,
@@ -55,13 +53,8 @@ from slipscale.stimuli.texture import Grating, bar
 PLAIN, ON_TARGET, OUTSIDE = "none", "target", "outside"
 #: Space for targets around the middle, in screen heights; texts are above and below.
 HALF_WIDTH, HALF_HEIGHT = 0.63, 0.33
-#: Simulated people: movement time = INTERCEPT_S + SLOPE_S_PER_BIT * index of difficulty, close to
-#: the throughput of 6.95 bit/s by touch (MacKenzie 2015, INTERACT, LNCS 9297). Feedback shortens
-#: it by 9 % (Casiez and others 2011, CHI, Surfpad). The spread is our assumption.
-INTERCEPT_S, SLOPE_S_PER_BIT, SPREAD = 0.05, 0.125, 0.15
+#: Feedback shortens movements by 9 % (Casiez and others 2011, CHI, Surfpad).
 WITH_FEEDBACK = 0.91
-#: Ratio of effective width to standard deviation, at which 4 % of the selections miss the target.
-WIDTH_IN_SD = math.sqrt(2 * math.pi * math.e)
 
 FeedbackKind = Literal["none", "target"]
 Lengths = Annotated[tuple[Positive, ...], Field(min_length=1, max_length=10)]
@@ -313,19 +306,12 @@ def possible_levels(options: Pointing, _context: Context) -> tuple[float, ...]:
 
 
 def _answer(step: Ask, person: SimulatedPerson) -> str:
-    """Draw a movement time from Fitts's law, and an endpoint with a typical spread."""
-    question, stream = step.question, person.stream("movement")
-    if not (isinstance(question, PointingQuestion) and step.trial):
-        raise TypeError(f"'{step.name}' is not a movement")
-    distance_mm = math.dist(question.start_mm, question.target_mm)
-    bits = math.log2(distance_mm / question.width_mm + 1)
+    """Move as usual, or faster if the plate shows the target."""
+    if step.trial is None:
+        raise TypeError(f"'{step.name}' is not asked in a trial")
     feedback = WITH_FEEDBACK if step.trial.factors["feedback"] == ON_TARGET else 1.0
-    spread = math.exp(SPREAD * stream.normal())
-    time_s = (INTERCEPT_S + SLOPE_S_PER_BIT * bits) * person.pace * feedback * spread
-    x_mm, y_mm = (
-        each + question.width_mm / WIDTH_IN_SD * stream.normal() for each in question.target_mm
-    )
-    return Selection(x_mm, y_mm, time_s).value
+    question = step.of_kind(PointingQuestion)
+    return question.moved(person.stream("movement"), person.pace * feedback).value
 
 
 def _selected(name: str, description: str, units: str) -> Column:
@@ -404,21 +390,7 @@ PROTOCOL = Protocol(
             description="Whether the participant selected the target",
             levels={ON_TARGET: "a position on the target", OUTSIDE: "another position"},
         ),
-        "movement_time": _selected(
-            "time_s", "Time between selecting the start and the next selection", "s"
-        ),
-        "selection_x_mm": _selected(
-            "x_mm",
-            "Horizontal coordinate of the selected position relative to the middle of the screen, "
-            "positive towards the right",
-            "mm",
-        ),
-        "selection_y_mm": _selected(
-            "y_mm",
-            "Vertical coordinate of the selected position relative to the middle of the screen, "
-            "positive towards the top",
-            "mm",
-        ),
+        **PointingQuestion.columns("selection"),
     },
     amplitudes=("target_level", "ground_level"),
     possible_levels=possible_levels,

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Generator
 
-from slipscale.experiments.protocol_parts.base import Column, Context, Protocol
+from slipscale.experiments.protocol_parts.base import Context, Protocol
 from slipscale.experiments.protocol_parts.building_blocks.against_standard import (
     DESIGN_COLUMNS,
     JUDGED,
@@ -22,9 +22,10 @@ from slipscale.experiments.protocol_parts.building_blocks.rated_surfaces import 
     surface_blocks,
     with_catch_trials,
 )
-from slipscale.experiments.protocol_parts.simulated_answers import SimulatedPerson
-from slipscale.experiments.steps.questions import NumberQuestion
+from slipscale.experiments.steps.columns import Column
+from slipscale.experiments.steps.questions.number import NumberQuestion
 from slipscale.experiments.steps.replies import Answer
+from slipscale.experiments.steps.simulated_person import SimulatedPerson
 from slipscale.experiments.steps.steps import Ask, Instruct, Present, Silence, Step, Steps
 from slipscale.experiments.steps.trial import Trial
 

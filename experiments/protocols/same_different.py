@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from itertools import combinations
 
-from slipscale.experiments.protocol_parts.base import AtLeastOne, Column, Context, Given, Protocol
+from slipscale.experiments.protocol_parts.base import AtLeastOne, Context, Protocol
 from slipscale.experiments.protocol_parts.building_blocks.comparing import (
     DESIGN,
     PAIR,
@@ -23,7 +23,8 @@ from slipscale.experiments.protocol_parts.building_blocks.comparing import (
     with_catch_trials,
 )
 from slipscale.experiments.protocol_parts.simulated_answers import notices_difference
-from slipscale.experiments.steps.questions import YesNoQuestion
+from slipscale.experiments.steps.columns import Column, Given
+from slipscale.experiments.steps.questions.yes_no import YesNoQuestion
 from slipscale.experiments.steps.steps import Steps
 from slipscale.faults.frozen_table import setting
 

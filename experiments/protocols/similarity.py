@@ -10,14 +10,7 @@ from __future__ import annotations
 
 from itertools import combinations
 
-from slipscale.experiments.protocol_parts.base import (
-    AtLeastOne,
-    Column,
-    Context,
-    Given,
-    Protocol,
-    Switch,
-)
+from slipscale.experiments.protocol_parts.base import AtLeastOne, Context, Protocol, Switch
 from slipscale.experiments.protocol_parts.building_blocks.comparing import (
     DESIGN,
     PAIR,
@@ -29,8 +22,9 @@ from slipscale.experiments.protocol_parts.building_blocks.comparing import (
     the_two_ends,
     with_catch_trials,
 )
-from slipscale.experiments.protocol_parts.simulated_answers import SimulatedPerson
-from slipscale.experiments.steps.questions import VisualAnalogueQuestion
+from slipscale.experiments.steps.columns import Column, Given
+from slipscale.experiments.steps.questions.visual_analogue import VisualAnalogueQuestion
+from slipscale.experiments.steps.simulated_person import SimulatedPerson
 from slipscale.experiments.steps.steps import Ask, Steps
 from slipscale.faults.frozen_table import setting
 from slipscale.stimuli.surface import Stimulus
@@ -93,9 +87,7 @@ def steps(options: Similarity, context: Context) -> Steps:
 
 
 def _answer(step: Ask, person: SimulatedPerson) -> float:
-    question = step.question
-    if not isinstance(question, VisualAnalogueQuestion):
-        raise TypeError(f"'{step.name}' is not a line")
+    question = step.of_kind(VisualAnalogueQuestion)
     if person.lapses():
         return question.nearest(100 * person.stream("lapse", "value").uniform())
     first, second = person.impressions

@@ -13,14 +13,7 @@ from typing import Annotated
 
 from pydantic import Field
 
-from slipscale.experiments.protocol_parts.base import (
-    AtLeastOne,
-    Column,
-    Context,
-    Count,
-    Given,
-    Protocol,
-)
+from slipscale.experiments.protocol_parts.base import AtLeastOne, Context, Count, Protocol
 from slipscale.experiments.protocol_parts.building_blocks.comparing import (
     enough_surfaces,
     surface_name,
@@ -34,9 +27,10 @@ from slipscale.experiments.protocol_parts.building_blocks.rated_surfaces import 
     surface_blocks,
     surface_trials,
 )
-from slipscale.experiments.protocol_parts.simulated_answers import SimulatedPerson
-from slipscale.experiments.steps.questions import WholeNumberQuestion
+from slipscale.experiments.steps.columns import Column, Given
+from slipscale.experiments.steps.questions.whole_number import WholeNumberQuestion
 from slipscale.experiments.steps.replies import Answer
+from slipscale.experiments.steps.simulated_person import SimulatedPerson
 from slipscale.experiments.steps.steps import Ask, Instruct, Step, Steps
 from slipscale.faults.frozen_table import setting
 
@@ -94,9 +88,7 @@ class _Run(RatedSurfaces):
 
 def _answer(step: Ask, person: SimulatedPerson) -> float:
     """Choose the group that corresponds to the strength of the impression."""
-    question = step.question
-    if not isinstance(question, WholeNumberQuestion):
-        raise TypeError(f"'{step.name}' is not a whole-number question")
+    question = step.of_kind(WholeNumberQuestion)
     if person.lapses():
         return float(1 + person.stream("lapse", "value").below(question.maximum))
     share = min(max(person.impressions[0] / 100, 0.0), 1.0)

@@ -12,7 +12,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field, ValidationInfo, field_validator
 
-from slipscale.experiments.protocol_parts.base import Column, Context, Count, Protocol, Switch
+from slipscale.experiments.protocol_parts.base import Context, Count, Protocol, Switch
 from slipscale.experiments.protocol_parts.building_blocks.comparing import DESIGN
 from slipscale.experiments.protocol_parts.building_blocks.rated_surfaces import (
     BLOCK,
@@ -24,10 +24,11 @@ from slipscale.experiments.protocol_parts.building_blocks.rated_surfaces import 
     surface_trials,
     with_catch_trials,
 )
-from slipscale.experiments.protocol_parts.simulated_answers import SimulatedPerson
-from slipscale.experiments.steps.questions import VisualAnalogueQuestion
+from slipscale.experiments.protocol_parts.simulated_answers import as_asked
+from slipscale.experiments.steps.columns import Column
+from slipscale.experiments.steps.questions.visual_analogue import VisualAnalogueQuestion
 from slipscale.experiments.steps.replies import Answer
-from slipscale.experiments.steps.steps import Ask, Instruct, Step, Steps
+from slipscale.experiments.steps.steps import Instruct, Step, Steps
 from slipscale.faults.frozen_table import setting
 from slipscale.faults.message import Message
 
@@ -169,14 +170,6 @@ class _Run(RatedSurfaces):
         return round(place * options.resolution, 6)
 
 
-def rated(step: Ask, person: SimulatedPerson) -> float:
-    """Return a simulated person's mark, rounded to the resolution of the line."""
-    question = step.question
-    if not isinstance(question, VisualAnalogueQuestion):
-        raise TypeError(f"'{step.name}' is not a visual analogue scale")
-    return question.nearest(person.rating(question.start))
-
-
 PROTOCOL = Protocol(
     task="visualanalogue",
     title="Rating of {q.judged} on a visual analogue scale",
@@ -191,7 +184,7 @@ PROTOCOL = Protocol(
     instructions="visual_analogue_scale.instructions",
     textures=True,
     possible_levels=possible_levels,
-    simulated={"rating": rated},
+    simulated={"rating": as_asked},
     design={**BLOCK, **DESIGN},
     stimulus=TEXTURE,
     response={

@@ -8,9 +8,9 @@ from dataclasses import dataclass, replace
 
 from slipscale.experiments.languages.texts import languages
 from slipscale.experiments.participants.psychopy_window.layout import faults
-from slipscale.experiments.participants.psychopy_window.scene import Scene
 from slipscale.experiments.participants.psychopy_window.screens import screen_for
 from slipscale.experiments.running.rehearsal import WAYS, dry_run
+from slipscale.experiments.steps.screens.scene import Scene
 from slipscale.experiments.steps.steps import (
     Adjust,
     Ask,

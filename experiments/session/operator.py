@@ -132,7 +132,7 @@ class Operator(Protocol):
 def answer_wanted(ask: Ask) -> str:
     """Return the question to show to the operator, with numbered options, if any.
 
-    >>> from slipscale.experiments.steps.questions import ChoiceQuestion
+    >>> from slipscale.experiments.steps.questions.choice import ChoiceQuestion
     >>> from slipscale.experiments.steps.steps import Ask
     >>> options = (("again", "test again"), ("on", "go on"))
     >>> answer_wanted(Ask(name="x", question=ChoiceQuestion(prompt="Failed.", options=options)))

@@ -10,12 +10,8 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from slipscale.experiments.languages.texts import ENGLISH, shipped_texts
-from slipscale.experiments.participants.psychopy_window.entry import (
-    ENTER,
-    KeyEntry,
-    entry_for,
-)
 from slipscale.experiments.steps.replies import Reply
+from slipscale.experiments.steps.screens.entry import ENTER
 
 if TYPE_CHECKING:
     from slipscale.experiments.participants.base import Participant, Watch
@@ -72,10 +68,10 @@ class OperatorAnswers:
             self._progress.say("no question is currently open")
             return
         texts = shipped_texts(ENGLISH)  # the operator's language is English
-        entry = entry_for(self._question.question, texts)
+        entry = self._question.question.entry(texts)
         line = typed.strip()
         # An answer of a single key must be the whole line, so that "12" is not taken for "1".
-        for character in (line,) if isinstance(entry, KeyEntry) else (*line, ENTER):
+        for character in (line,) if entry.single_key else (*line, ENTER):
             verdict = entry.press(character)
             if isinstance(verdict, Reply):
                 raise _Given(verdict)

@@ -29,16 +29,18 @@ from __future__ import annotations
 
 from collections.abc import Generator
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, ClassVar, Literal
+from typing import TYPE_CHECKING, ClassVar, Literal, TypeVar
 
 from slipscale.experiments.steps.replies import Answer
 from slipscale.experiments.steps.rounding import rounded
 
 if TYPE_CHECKING:
-    from slipscale.experiments.steps.questions import Question
+    from slipscale.experiments.steps.questions.base import Question
     from slipscale.experiments.steps.trial import Trial
     from slipscale.stimuli.headphone_sounds import HeadphoneSound
     from slipscale.stimuli.surface import Stimulus
+
+Kind = TypeVar("Kind", bound="Question")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -139,6 +141,12 @@ class Ask:
     by: Literal["participant", "operator"] = "participant"
     played: Played | None = None
     back: bool = False
+
+    def of_kind(self, kind: type[Kind]) -> Kind:
+        """Return the question, which must be of a certain kind."""
+        if not isinstance(self.question, kind):
+            raise TypeError(f"'{self.name}' is a {type(self.question).__name__}")
+        return self.question
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

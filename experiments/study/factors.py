@@ -14,15 +14,9 @@ from typing import Annotated, Any, TypeVar
 
 from pydantic import Field
 
-from slipscale.experiments.protocol_parts.base import (
-    Column,
-    Context,
-    Label,
-    Options,
-    Protocol,
-    Words,
-)
+from slipscale.experiments.protocol_parts.base import Context, Label, Options, Protocol, Words
 from slipscale.experiments.protocol_parts.ordering.williams import williams_blocks
+from slipscale.experiments.steps.columns import Column
 from slipscale.experiments.steps.replies import Answer, Voided
 from slipscale.experiments.steps.steps import Adjust, EndBlock, Instruct, Present, Rest, Step, Steps
 from slipscale.experiments.steps.trial import Trial, Value, factor_level

@@ -16,7 +16,8 @@ from typing import TYPE_CHECKING, Annotated
 
 from pydantic import Field, model_validator
 
-from slipscale.experiments.steps.questions import ChoiceQuestion, ComparisonQuestion
+from slipscale.experiments.steps.questions.choice import ChoiceQuestion
+from slipscale.experiments.steps.questions.comparison import ComparisonQuestion
 from slipscale.experiments.steps.replies import NO_SOUND, Answer, Reply
 from slipscale.experiments.steps.steps import Ask, Instruct, Played, Steps
 from slipscale.faults.frozen_table import FrozenTable, setting
@@ -25,10 +26,8 @@ from slipscale.stimuli.headphone_sounds import EARS, TONES, Ears, NoiseInEar, To
 if TYPE_CHECKING:
     from slipscale.experiments.languages.texts import Texts
     from slipscale.experiments.protocol_parts.base import Context
-    from slipscale.experiments.protocol_parts.simulated_answers import (
-        SimulatedAnswer,
-        SimulatedPerson,
-    )
+    from slipscale.experiments.protocol_parts.simulated_answers import SimulatedAnswer
+    from slipscale.experiments.steps.simulated_person import SimulatedPerson
     from slipscale.experiments.steps.trial import Value
 
 HEADPHONES = "headphones"

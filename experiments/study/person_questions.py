@@ -12,7 +12,9 @@ from pydantic import Field, field_validator, model_validator
 
 from slipscale.experiments.languages.texts import FEWEST_ANSWERS, MOST_OPTIONS, shipped_texts
 from slipscale.experiments.protocol_parts.base import Label, Words
-from slipscale.experiments.steps.questions import CONSENT, ChoiceQuestion, WholeNumberQuestion
+from slipscale.experiments.steps.questions.base import CONSENT
+from slipscale.experiments.steps.questions.choice import ChoiceQuestion
+from slipscale.experiments.steps.questions.whole_number import WholeNumberQuestion
 from slipscale.experiments.steps.steps import Ask
 from slipscale.faults import UserError
 from slipscale.faults.frozen_table import FrozenTable, setting

@@ -14,8 +14,8 @@ from pydantic import Field, field_validator
 
 from slipscale.experiments.languages.texts import FEWEST_ANSWERS, MOST_OPTIONS
 from slipscale.experiments.protocol_parts.base import Label, Words
-from slipscale.experiments.protocol_parts.simulated_answers import SimulatedAnswer, any_choice
-from slipscale.experiments.steps.questions import CONSENT
+from slipscale.experiments.protocol_parts.simulated_answers import SimulatedAnswer, as_asked
+from slipscale.experiments.steps.questions.base import CONSENT
 from slipscale.experiments.steps.steps import Ask, Instruct, Steps
 from slipscale.experiments.study.person_questions import TAKEN, PersonQuestion, Translated, distinct
 from slipscale.faults import UserError
@@ -118,7 +118,7 @@ class Questionnaire(FrozenTable):
 
     def simulated(self) -> dict[tuple[str, str], SimulatedAnswer]:
         """Return functions with which pilots answer each item at random."""
-        return {(self.name, item.name): any_choice for item in self.items}
+        return {(self.name, item.name): as_asked for item in self.items}
 
     def levels(self, language: str) -> dict[str, tuple[str, dict[str, str]]]:
         """Return the wording of each item and of its answers, for the table's sidecar."""

@@ -18,10 +18,8 @@ from slipscale.experiments.protocol_parts.base import (
 )
 from slipscale.experiments.protocol_parts.registry import load_protocol
 from slipscale.experiments.protocol_parts.simulated_answers import SimulatedAnswer
-from slipscale.experiments.steps.questions import (
-    CONSENT,
-    ChoiceQuestion,
-)
+from slipscale.experiments.steps.questions.base import CONSENT
+from slipscale.experiments.steps.questions.choice import ChoiceQuestion
 from slipscale.experiments.steps.replies import Answer, Reply
 from slipscale.experiments.steps.steps import Ask, Instruct, Steps
 from slipscale.experiments.study.factors import crossed

@@ -7,45 +7,38 @@ from slipscale.experiments.participants.simulated_people.own_behaviour import Be
 from slipscale.experiments.protocol_parts.base import (
     Amplitude,
     AtLeastOne,
-    Column,
     Context,
     Count,
-    IntervalRecord,
     Label,
     Options,
     Positive,
     Protocol,
     Seconds,
     Switch,
-    TrialRecord,
     Words,
-    truth,
 )
 from slipscale.experiments.protocol_parts.building_blocks.pacing import PacedOptions, RestedOptions
 from slipscale.experiments.protocol_parts.building_blocks.repeating import Repeating, part_over
 from slipscale.experiments.protocol_parts.simulated_answers import (
     SimulatedAnswer,
-    SimulatedPerson,
-    any_choice,
-    compared,
+    as_asked,
     notices_difference,
     until_equal,
     until_number,
 )
-from slipscale.experiments.steps.questions import (
-    ChoiceQuestion,
-    ComparisonQuestion,
-    NumberQuestion,
-    PointingQuestion,
-    Question,
-    Selection,
-    TextQuestion,
-    VisualAnalogueQuestion,
-    WholeNumberQuestion,
-    YesNoQuestion,
-)
+from slipscale.experiments.steps.columns import Column, IntervalRecord, TrialRecord, truth
+from slipscale.experiments.steps.questions.base import Question
+from slipscale.experiments.steps.questions.choice import ChoiceQuestion
+from slipscale.experiments.steps.questions.comparison import ComparisonQuestion
+from slipscale.experiments.steps.questions.number import NumberQuestion
+from slipscale.experiments.steps.questions.pointing import PointingQuestion, Selection
+from slipscale.experiments.steps.questions.text import TextQuestion
+from slipscale.experiments.steps.questions.visual_analogue import VisualAnalogueQuestion
+from slipscale.experiments.steps.questions.whole_number import WholeNumberQuestion
+from slipscale.experiments.steps.questions.yes_no import YesNoQuestion
 from slipscale.experiments.steps.replies import Adjusted, Answer, Presented, Reply, Voided
 from slipscale.experiments.steps.rounding import rounded
+from slipscale.experiments.steps.simulated_person import SimulatedPerson
 from slipscale.experiments.steps.steps import (
     Adjust,
     Ask,
@@ -120,8 +113,7 @@ __all__ = [
     "WholeNumberQuestion",
     "Words",
     "YesNoQuestion",
-    "any_choice",
-    "compared",
+    "as_asked",
     "notices_difference",
     "part_over",
     "rounded",

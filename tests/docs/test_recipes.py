@@ -6,6 +6,7 @@ import re
 import shutil
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 
 import pytest
@@ -23,6 +24,7 @@ BEFORE = {
     "experiments/study/tables.py": "    per_person: Amount",
     "analysis/tasks/estimation/figures.py": "",
 }
+(LINE,) = re.findall(r"^```toml file=pyproject.toml\n(.*)\n```", PAGE, re.MULTILINE)
 LIST = "analysis/tasks/estimation/statistics.py"
 
 
@@ -55,12 +57,22 @@ def copy(tmp_path_factory):
             1,
         )
     )
+    # The entry point, as the installation of the copy would register it.
+    installed = root / "src" / "copy-1.0.dist-info"
+    installed.mkdir()
+    (installed / "METADATA").write_text("Metadata-Version: 2.1\nName: copy\nVersion: 1.0\n")
+    points = "".join(f"{name} = {value}\n" for name, value in tomllib.loads(LINE).items())
+    (installed / "entry_points.txt").write_text(f"[slipscale.questions]\n{points}")
     return root
 
 
 def slipscale(copy, *words, status=0):
+    return python(copy, "-m", "slipscale", *map(str, words), status=status)
+
+
+def python(copy, *words, status=0):
     done = subprocess.run(
-        [sys.executable, "-m", "slipscale", *map(str, words)],
+        [sys.executable, *words],
         cwd=copy,
         env={**os.environ, "PYTHONPATH": str(copy / "src")},
         capture_output=True,
@@ -85,3 +97,26 @@ def test_a_figure_and_a_statistic_are_in_the_results(copy):
 def test_a_study_key_is_read_and_validated(copy, value, status, said):
     (copy / "own.toml").write_text(f"{study_text('biet2007')}\n[cost]\ndeposit = {value}\n")
     assert said in slipscale(copy, "study", "validate", "own.toml", status=status)
+
+
+# Run in the copy: the kind is found, shown, answered by a key, rehearsed and simulated.
+ASKED = """
+from slipscale.experiments.languages.texts import load_texts
+from slipscale.experiments.participants.psychopy_window.layout import faults
+from slipscale.experiments.participants.psychopy_window.screens import screen_for
+from slipscale.experiments.participants.simulated_people.respondent import Respondent
+from slipscale.experiments.steps.questions.registry import load_kind, watched
+from slipscale.experiments.steps.steps import Ask
+kind = load_kind("agreement")
+question = watched(kind(prompt="Smooth?", lowest="no", highest="yes"), "a test")
+screen = screen_for(Ask(name="smooth", question=question), load_texts("en"))
+simulated = question.simulated(Respondent(seed=1, participant="01"), "smooth")
+assert question.fits(simulated)
+assert not list(faults(screen.scene(0.0)))
+assert screen.press("6", 1.0) is None
+print(question.rehearsed(0.0), question.rehearsed(1.0), screen.press("4", 1.0).value)
+"""
+
+
+def test_a_kind_of_question_is_shown_answered_rehearsed_and_simulated(copy):
+    assert python(copy, "-c", ASKED) == "1.0 5.0 4.0\n"

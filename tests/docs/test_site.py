@@ -24,7 +24,7 @@ from tools.site import (
 )
 
 ROOT = Path(__file__).parents[2]
-PUBLIC_MODULES = ("slipscale.protocol", "slipscale.backend", "slipscale.task")
+PUBLIC_MODULES = ("slipscale.protocol", "slipscale.question", "slipscale.backend", "slipscale.task")
 # What a browser fetches by itself, and where the address stands.
 FETCHED = {
     ("script", "src"),

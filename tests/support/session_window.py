@@ -20,10 +20,11 @@ from unittest import mock
 from slipscale import commands
 from slipscale.experiments.journal.serialisation import step_record
 from slipscale.experiments.participants.base import Watch
-from slipscale.experiments.participants.psychopy_window import PsychoPyWindow, scene
-from slipscale.experiments.participants.psychopy_window.screens import Screen
+from slipscale.experiments.participants.psychopy_window import PsychoPyWindow
 from slipscale.experiments.session.mailbox import LiveRequest, post, read_status
 from slipscale.experiments.steps.replies import Reply
+from slipscale.experiments.steps.screens import scene
+from slipscale.experiments.steps.screens.screen import Screen
 from slipscale.experiments.steps.steps import ParticipantStep
 
 REPORT = "SLIPSCALE_SHOWN"  # environment variable: the file that the window writes

@@ -30,12 +30,10 @@ from slipscale.experiments.journal.journal import Journal
 from slipscale.experiments.running.begin_or_resume import run_plan
 from slipscale.experiments.session.operator import UnattendedOperator
 from slipscale.experiments.session.parts import Setup
-from slipscale.experiments.steps.questions import (
-    ChoiceQuestion,
-    NumberQuestion,
-    TextQuestion,
-    YesNoQuestion,
-)
+from slipscale.experiments.steps.questions.choice import ChoiceQuestion
+from slipscale.experiments.steps.questions.number import NumberQuestion
+from slipscale.experiments.steps.questions.text import TextQuestion
+from slipscale.experiments.steps.questions.yes_no import YesNoQuestion
 from slipscale.experiments.steps.steps import Adjust, Ask
 from slipscale.hardware.clock import VirtualClock
 from slipscale.hardware.errors import PlateTimeout

@@ -23,7 +23,7 @@ import json, sys, threading, time
 from pathlib import Path
 from slipscale.experiments.journal.journal import Journal
 from slipscale.experiments.journal.plan_and_progress import latest_s, read_plan
-from slipscale.experiments.steps.questions import NumberQuestion
+from slipscale.experiments.steps.questions.number import NumberQuestion
 from slipscale.experiments.steps.steps import Ask
 from slipscale.experiments.steps.trial import Trial
 from slipscale.experiments.session.mailbox import Mailbox, mailbox_of

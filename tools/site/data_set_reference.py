@@ -29,7 +29,8 @@ from slipscale.experiments.protocol_parts.registry import load_protocol, protoco
 from tools.site.tables import code, table
 
 if TYPE_CHECKING:
-    from slipscale.experiments.protocol_parts.base import Column, Protocol
+    from slipscale.experiments.protocol_parts.base import Protocol
+    from slipscale.experiments.steps.columns import Column
 
 INTRODUCTION = f"""# The data set
 

@@ -9,6 +9,7 @@ from tools.site.tables import table
 PUBLIC = {
     "slipscale": "read, analyse, simulate and plan in scripts and notebooks",
     "slipscale.protocol": "protocols and simulated people in a package",
+    "slipscale.question": "kinds of questions in a package",
     "slipscale.backend": "drivers for other plates in a package",
     "slipscale.task": "analyses in a package",
     "slipscale.experiments.psychopy_plate": "the plate in PsychoPy Coder",

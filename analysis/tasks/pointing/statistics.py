@@ -34,7 +34,8 @@ from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.statistics.regression import fit_lines
 from slipscale.analysis.statistics.statistic import Family, Inputs, Named, Statistic
 from slipscale.experiments.dataset.schema import PARTICIPANT
-from slipscale.experiments.protocols.pointing import ON_TARGET, PLAIN, WIDTH_IN_SD
+from slipscale.experiments.protocols.pointing import ON_TARGET, PLAIN
+from slipscale.experiments.steps.questions.pointing import WIDTH_IN_SD
 
 PLACES = ("start_x_mm", "start_y_mm", "target_x_mm", "target_y_mm")
 SELECTED = ("selection_x_mm", "selection_y_mm")

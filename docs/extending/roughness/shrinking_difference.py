@@ -20,8 +20,7 @@ from slipscale.protocol import (
     Repeating,
     Silence,
     Trial,
-    any_choice,
-    compared,
+    as_asked,
     part_over,
     rounded,
 )
@@ -145,7 +144,7 @@ PROTOCOL = Protocol(
     steps=steps,
     answer="chosen",
     instructions="shrinking_difference.instructions",
-    simulated={"chosen": compared, "sure": any_choice},
+    simulated={"chosen": as_asked, "sure": as_asked},
     texts=TEXTS,
     stimulus={
         "rougher": Column(description="Interval that held the rougher surface"),

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping
 
 from slipscale.experiments.dataset.schema import COMPLETE, MODE, RUN, SESSION
-from slipscale.experiments.protocol_parts.base import Column
+from slipscale.experiments.steps.columns import Column
 
 
 def session_columns() -> dict[str, Column]:

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any, Literal, Self
 
 from slipscale.experiments.participants.psychopy_window.connection import Connection
-from slipscale.experiments.participants.psychopy_window.scene import (
+from slipscale.experiments.steps.screens.scene import (
     COLOURS,
     DESIGN_WIDTH,
     FONT,

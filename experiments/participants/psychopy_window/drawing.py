@@ -11,7 +11,7 @@ from html import escape
 from typing import assert_never
 
 from slipscale.experiments.participants.psychopy_window.layout import LINE, lay
-from slipscale.experiments.participants.psychopy_window.scene import (
+from slipscale.experiments.steps.screens.scene import (
     COLOURS,
     DESIGN_WIDTH,
     FONT,

@@ -15,7 +15,7 @@ from itertools import combinations
 from pathlib import Path
 
 from slipscale.experiments.languages.screen_room import not_drawn
-from slipscale.experiments.participants.psychopy_window.scene import (
+from slipscale.experiments.steps.screens.scene import (
     COLOURS,
     Box,
     Colour,

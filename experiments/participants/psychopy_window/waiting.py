@@ -3,56 +3,39 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
-from slipscale.experiments.participants.psychopy_window import scene
-from slipscale.experiments.participants.psychopy_window.scene import Scene, Text
-from slipscale.experiments.participants.psychopy_window.screen_texts import (
-    go_on_key,
-    naming_key,
-    remaining,
-)
+from slipscale.experiments.languages.texts import Texts
 from slipscale.experiments.steps.replies import FEEL_AGAIN, Reply
+from slipscale.experiments.steps.screens import scene
+from slipscale.experiments.steps.screens.asking import Asking
+from slipscale.experiments.steps.screens.entry import KeyEntry
+from slipscale.experiments.steps.screens.scene import Scene, Text
+from slipscale.experiments.steps.screens.screen import Screen
+from slipscale.experiments.steps.screens.screen_texts import (
+    asked,
+    by_touch,
+    go_on_key,
+    going_on,
+    remaining,
+    yes_no_keys,
+)
 
 if TYPE_CHECKING:
     from slipscale.experiments.steps.steps import Adjust, Ask, Explore, Feedback, Instruct, Rest
 
-    Texts = Mapping[str, str]
-
-
 PACER_WIDTH, PACER_Y = 0.8, -0.07
 
 
-class Unmoved:
-    """Base class for screens that ignore wheel, arrow keys and pointer."""
-
-    pointed = False
-
-    def move(self, notches: int) -> None:
-        """Do nothing."""
-
-    def point(  # the pointer has no effect
-        self, _x: float, _y: float, _elapsed_s: float, *, dragged: bool
-    ) -> Reply | None:
-        """Do nothing."""
-        del dragged
-        return None
-
-
-class Waiting(Unmoved):
+class Waiting(Screen):
     """Base class for screens that wait for the continue key, usually the space bar."""
-
-    single_key = True
-    typed = ""
 
     def __init__(
         self, texts: Texts, minimum_s: float = 0.0, maximum_s: float | None = None
     ) -> None:
-        self.rejected: list[str] = []
+        super().__init__(texts, maximum_s)
         self._go_on = go_on_key(texts)
         self._minimum_s = minimum_s
-        self._maximum_s = maximum_s
 
     def press(self, character: str, elapsed_s: float) -> Reply | None:
         """End the screen if the continue key is pressed after the minimum time has passed."""
@@ -60,34 +43,9 @@ class Waiting(Unmoved):
             return Reply()
         return None
 
-    def erase(self) -> None:
-        """Do nothing, because the screen has no text field."""
-
-    def offer(self, typed: str) -> None:
-        """Do nothing, because the screen has no text field."""
-
-    def expire(self, elapsed_s: float) -> Reply | None:
-        """Return a time-out if the maximum duration of the screen has passed."""
-        if self._maximum_s is not None and elapsed_s >= self._maximum_s:
-            return Reply(timed_out=True)
-        return None
-
     def wait_s(self, elapsed_s: float) -> int:
         """Return the time in s, rounded up, until the continue key becomes active."""
         return max(math.ceil(self._minimum_s - elapsed_s), 0)
-
-
-def by_touch(texts: Texts) -> bool:
-    """Return whether the participant answers with on-screen keys."""
-    return texts["window.touch"] == "yes"
-
-
-def going_on(texts: Texts, text: str) -> Scene:
-    """Return a hint on how to continue, or a touch key to continue, for the bottom of a screen."""
-    if not by_touch(texts):
-        return (scene.hint(naming_key(texts, text)),)
-    label = texts["window.go_on"]
-    return scene.button(label, go_on_key(texts), x=0, y=-0.4, width=0.5, height=0.1)
 
 
 class Reading(Waiting):
@@ -121,17 +79,16 @@ class Exploring(Waiting):
     def __init__(self, step: Explore, texts: Texts) -> None:
         super().__init__(texts, step.minimum_s, step.maximum_s)
         self._step = step
-        self._texts = texts
 
     def scene(self, elapsed_s: float) -> Scene:
         """Return the task, a hint on how to continue, and the countdown if time is limited."""
         task = Text(content=self._step.text.strip(), y=0.12, size=0.08, width=1.2, height=0.4)
         wait_s = self.wait_s(elapsed_s)
         if wait_s:
-            foot: Scene = (scene.hint(self._texts["window.explore_longer"].format(seconds=wait_s)),)
+            foot: Scene = (scene.hint(self.texts["window.explore_longer"].format(seconds=wait_s)),)
         else:
-            foot = going_on(self._texts, "window.ready_space")
-        left = remaining(self._maximum_s, elapsed_s, self._texts, y=-0.17)
+            foot = going_on(self.texts, "window.ready_space")
+        left = remaining(self.limit_s, elapsed_s, self.texts, y=-0.17)
         return (task, *self._pacer(elapsed_s), *left, *foot)
 
     def _pacer(self, elapsed_s: float) -> Scene:
@@ -153,17 +110,16 @@ class Resting(Waiting):
     def __init__(self, step: Rest, texts: Texts) -> None:
         super().__init__(texts, step.minimum_s)
         self._step = step
-        self._texts = texts
 
     def scene(self, elapsed_s: float) -> Scene:
         """Return the rest text, the progress, and a hint on how to continue or how long to wait."""
         step = self._step
-        progress = self._texts["window.progress"].format(done=step.done, total=step.total)
+        progress = self.texts["window.progress"].format(done=step.done, total=step.total)
         wait_s = self.wait_s(elapsed_s)
         if wait_s:
-            foot: Scene = (scene.hint(self._texts["window.rest_longer"].format(seconds=wait_s)),)
+            foot: Scene = (scene.hint(self.texts["window.rest_longer"].format(seconds=wait_s)),)
         else:
-            foot = going_on(self._texts, "window.press_space")
+            foot = going_on(self.texts, "window.press_space")
         return (
             Text(content=step.text.strip(), y=0.14, size=0.055, width=1.1, height=0.4),
             *scene.bar(step.done / step.total if step.total else 0.0, y=-0.12),
@@ -197,17 +153,16 @@ class Listening(Waiting):
 
     def __init__(self, step: Ask, texts: Texts) -> None:
         super().__init__(texts, maximum_s=step.time_limit_s)
-        self._texts = texts
         self._prompt = step.question.prompt.strip() if step.question.SPOKEN else ""
 
     def scene(self, elapsed_s: float) -> Scene:
         """Return the question and a request to answer aloud. Operator decisions are not shown."""
         if not self._prompt:
-            return scene.message(self._texts["session.hold"])
+            return scene.message(self.texts["session.hold"])
         return (
-            Text(content=self._prompt, y=0.28, size=0.06, width=1.2, height=0.17),
-            Text(content=self._texts["window.say_number"], y=0.02, size=0.06, colour="accent"),
-            *remaining(self._maximum_s, elapsed_s, self._texts, y=0.43),
+            asked(self._prompt),
+            Text(content=self.texts["window.say_number"], y=0.02, size=0.06, colour="accent"),
+            *remaining(self.limit_s, elapsed_s, self.texts, y=0.43),
         )
 
     def press(self, character: str, elapsed_s: float) -> Reply | None:  # noqa: ARG002
@@ -221,24 +176,35 @@ class Adjusting(Waiting):
     def __init__(self, step: Adjust, texts: Texts) -> None:
         super().__init__(texts, maximum_s=step.time_limit_s)
         self._step = step
-        self._texts = texts
 
     def scene(self, elapsed_s: float) -> Scene:
         """Return the task, the keys and, if time is limited, the countdown."""
         task = Text(content=self._step.text.strip(), y=0.24, size=0.06, width=1.2, height=0.26)
-        texts = self._texts
+        texts = self.texts
         labels: tuple[str, ...] = (scene.UP, scene.DOWN)
         meanings: tuple[str, ...] = (texts["window.turn_up"], texts["window.turn_down"])
         if self._step.again:
             labels += (texts["window.again_key"],)
             meanings += (texts["window.feel_again"],)
-        left = remaining(self._maximum_s, elapsed_s, self._texts, y=-0.26)
-        keys = scene.key_row(labels, meanings, y=0.0, touch=by_touch(self._texts))
-        return (task, *keys, *left, *going_on(self._texts, "window.turned"))
+        left = remaining(self.limit_s, elapsed_s, self.texts, y=-0.26)
+        keys = scene.key_row(labels, meanings, y=0.0, touch=by_touch(self.texts))
+        return (task, *keys, *left, *going_on(self.texts, "window.turned"))
 
     def press(self, character: str, elapsed_s: float) -> Reply | None:
         """End the screen on the key to continue, or on the key to feel the reference again."""
-        again = self._texts["window.again_key"].casefold()
+        again = self.texts["window.again_key"].casefold()
         if self._step.again and character.casefold() == again:
             return Reply(value=FEEL_AGAIN)
         return super().press(character, elapsed_s)
+
+
+class Stopping(Asking):
+    """Screen that asks whether the participant pressed Escape intentionally."""
+
+    def __init__(self, texts: Texts) -> None:
+        drawn = (
+            *yes_no_keys(texts, "window.stop_yes", "window.stop_no", y=0.06),
+            Text(content=texts["window.stop_note"], y=-0.19, size=scene.HINT, colour="quiet"),
+        )
+        keys = KeyEntry.yes_no(texts)
+        super().__init__(texts["window.stop"], keys, lambda: drawn, texts)

@@ -9,15 +9,15 @@ from typing import ClassVar, Self
 
 from slipscale.experiments.languages.texts import Texts
 from slipscale.experiments.participants.base import Kind, StopRequested, Turn, Unfinished, Watch
-from slipscale.experiments.participants.psychopy_window import scene
-from slipscale.experiments.participants.psychopy_window.asking import Stopping
 from slipscale.experiments.participants.psychopy_window.display import Display
-from slipscale.experiments.participants.psychopy_window.entry import ENTER, ERASE
 from slipscale.experiments.participants.psychopy_window.keyboard import Key, Keyboard
-from slipscale.experiments.participants.psychopy_window.pointing import Pointing
-from slipscale.experiments.participants.psychopy_window.scene import Scene
-from slipscale.experiments.participants.psychopy_window.screens import Screen, screen_for
+from slipscale.experiments.participants.psychopy_window.screens import screen_for
+from slipscale.experiments.participants.psychopy_window.waiting import Stopping
 from slipscale.experiments.steps.replies import Reply
+from slipscale.experiments.steps.screens import scene
+from slipscale.experiments.steps.screens.entry import ENTER, ERASE
+from slipscale.experiments.steps.screens.scene import Scene
+from slipscale.experiments.steps.screens.screen import Screen
 from slipscale.experiments.steps.steps import Adjust, ParticipantStep
 from slipscale.hardware.clock import Clock
 
@@ -184,7 +184,7 @@ class PsychoPyWindow:
             if notches and turn:
                 turn(notches)
             watch()
-            if isinstance(screen, Pointing) and self.cursor_mm:
+            if self.cursor_mm:
                 screen.see(*self.cursor_mm)
             self._show(screen.scene(self._clock.now() - onset_s - away_s))
 
@@ -270,7 +270,7 @@ def hand_over(key: Key, screen: Screen, elapsed_s: float) -> Reply | None:
     if key.kind in ("escape", "point") or elapsed_s < 0:
         return None
     if key.kind in ("turn", "move"):
-        screen.move(key.notches)
+        (screen.turn if key.kind == "turn" else screen.move)(key.notches)
         return None
     if key.kind == "erase" or key.character == ERASE:
         outcome = screen.erase()

@@ -6,7 +6,7 @@ point's name can then be passed to ``slipscale pilot --population`` or used in a
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from importlib.metadata import EntryPoint
 from typing import TYPE_CHECKING, ClassVar, NamedTuple, TypeVar
 
@@ -16,18 +16,22 @@ from slipscale.faults.plug_ins import PARTICIPANTS, installed, package_of
 from slipscale.faults.plug_ins import called as watched
 
 if TYPE_CHECKING:
-    from slipscale.experiments.protocol_parts.ordering.randomisation import Stream
-    from slipscale.experiments.protocol_parts.simulated_answers import SimulatedPerson
+    from slipscale.experiments.steps.simulated_person import SimulatedPerson
     from slipscale.experiments.steps.steps import Ask, Explore
+
+    Person = SimulatedPerson
+else:
+    Person = object  # the protocol's empty methods would hide those of the person
 
 T = TypeVar("T")
 
 
-class Behaviour:
-    """Base class for custom simulated people; override methods to change the behaviour.
+class Behaviour(Person):
+    """Base class for custom simulated people; override properties and methods of `SimulatedPerson`.
 
-    Draw random numbers only from `stream`. Otherwise, the answers of an interrupted and resumed
-    pilot may change.
+    Everything that is not overridden is Slipscale's simulated person's: `self.person` has the
+    original methods. Draw random numbers only from ``stream``. Otherwise, the answers of an
+    interrupted and resumed pilot may change.
 
     Parameters
     ----------
@@ -41,89 +45,10 @@ class Behaviour:
     def __init__(self, person: SimulatedPerson) -> None:
         self.person = person
 
-    @property
-    def language(self) -> str:
-        """Language code of verbal reports."""
-        return self.person.language
+    if not TYPE_CHECKING:  # mypy would accept any name
 
-    @property
-    def rises(self) -> bool:
-        """Whether the judged attribute increases with the level."""
-        return self.person.rises
-
-    @property
-    def scale_top(self) -> float:
-        """Number that the person would give to the most slippery surface imaginable."""
-        return self.person.scale_top
-
-    @property
-    def pace(self) -> float:
-        """The person's time per action, relative to the median person."""
-        return self.person.pace
-
-    @property
-    def turned(self) -> int:
-        """Net number of notches by which the surface was adjusted in an `Adjust` step."""
-        return self.person.turned
-
-    @property
-    def felt_again(self) -> int:
-        """How often the reference was repeated in an `Adjust` step."""
-        return self.person.felt_again
-
-    @property
-    def felt_level(self) -> tuple[float, ...]:
-        """The levels felt in this trial in µm peak to peak, ordered by interval."""
-        return self.person.felt_level
-
-    @property
-    def impressions(self) -> tuple[float, ...]:
-        """Strengths of the sensations in this trial (0 to 100), with noise."""
-        return self.person.impressions
-
-    def usual(self, level: float) -> float:
-        """Return the strength of sensation (0 to 100) that the person expects at a level."""
-        return self.person.usual(level)
-
-    def pick(self, strengths: Sequence[float]) -> int:
-        """Return the index of the surface that the person judges strongest."""
-        return self.person.pick(strengths)
-
-    def says_yes(self, strength: float) -> bool:
-        """Return whether the person answers "yes" to a difference between impressions."""
-        return self.person.says_yes(strength)
-
-    def estimate(self) -> float:
-        """Return a magnitude estimate of the last surface, on this person's own scale."""
-        return self.person.estimate()
-
-    def rating(self, start: float) -> float:
-        """Return a rating of the last surface on a line from 0 to 100."""
-        return self.person.rating(start)
-
-    def ratio(self) -> float:
-        """Return the strength of the last surface relative to the standard (above 0)."""
-        return self.person.ratio()
-
-    def reaches(self, ratio: float) -> bool:
-        """Return whether the last surface is at least ``ratio`` times as strong as the standard."""
-        return self.person.reaches(ratio)
-
-    def lapses(self) -> bool:
-        """Return whether this person answers this question at random (a lapse)."""
-        return self.person.lapses()
-
-    def notices(self) -> bool:
-        """Return whether the last two surfaces feel different to the person."""
-        return self.person.notices()
-
-    def verbal_report(self) -> str:
-        """Return the person's verbal report of what disappeared when the level decreased."""
-        return self.person.verbal_report()
-
-    def stream(self, *purpose: str | int) -> Stream:
-        """Return the random number stream of this person and trial for a purpose."""
-        return self.person.stream(*purpose)
+        def __getattr__(self, name: str) -> object:
+            return getattr(vars(self)["person"], name)
 
     def duration_s(self, step: Explore | Ask, usual_s: float) -> float:  # noqa: ARG002
         """Return the duration of an exploration or answer before the study limits are applied."""

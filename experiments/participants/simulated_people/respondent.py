@@ -31,11 +31,11 @@ from slipscale.experiments.participants.simulated_people.verbal_reports import v
 from slipscale.experiments.protocol_parts.ordering.randomisation import Stream
 from slipscale.experiments.protocol_parts.simulated_answers import (
     SimulatedAnswer,
-    SimulatedPerson,
     misfit,
 )
-from slipscale.experiments.steps.questions import CONSENT
+from slipscale.experiments.steps.questions.base import CONSENT
 from slipscale.experiments.steps.replies import Reply
+from slipscale.experiments.steps.simulated_person import SimulatedPerson
 from slipscale.experiments.steps.steps import Adjust, Ask, Explore, Feedback, Instruct, Rest
 from slipscale.experiments.steps.trial import Value, factor_level
 from slipscale.faults import UserError
@@ -289,7 +289,7 @@ class Respondent:
             return self.told(step)
         if step.name == CONSENT:
             return "yes"  # people who do not consent do not participate
-        return step.question.drawn(self.stream(step.name))
+        return step.question.simulated(self, step.name)
 
     def _own_duration_s(self, step: Explore | Ask, usual_s: float) -> float:
         """Return a step's duration: ``usual_s``, unless the package's behaviour sets another."""

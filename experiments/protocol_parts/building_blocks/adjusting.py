@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from slipscale.experiments.protocol_parts.base import Column, Given, TrialRecord
+from slipscale.experiments.steps.columns import Column, Given, TrialRecord
 
 
 def _field(record: TrialRecord, name: str, field: str) -> Any:

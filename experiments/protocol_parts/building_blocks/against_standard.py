@@ -11,7 +11,7 @@ from typing import Annotated
 
 from pydantic import Field
 
-from slipscale.experiments.protocol_parts.base import Amplitude, AtLeastOne, Column, Context, Count
+from slipscale.experiments.protocol_parts.base import Amplitude, AtLeastOne, Context, Count
 from slipscale.experiments.protocol_parts.building_blocks.comparing import DESIGN
 from slipscale.experiments.protocol_parts.building_blocks.rated_surfaces import (
     BLOCK,
@@ -19,6 +19,7 @@ from slipscale.experiments.protocol_parts.building_blocks.rated_surfaces import 
     RatedOptions,
     RatedSurfaces,
 )
+from slipscale.experiments.steps.columns import Column
 from slipscale.experiments.steps.steps import Present, Silence, Steps
 from slipscale.experiments.steps.trial import Trial
 from slipscale.faults.frozen_table import setting

@@ -8,14 +8,7 @@ from __future__ import annotations
 from collections.abc import Generator, Mapping, Sequence
 from typing import NamedTuple
 
-from slipscale.experiments.protocol_parts.base import (
-    Column,
-    Context,
-    Count,
-    Given,
-    Switch,
-    TrialRecord,
-)
+from slipscale.experiments.protocol_parts.base import Context, Count, Switch
 from slipscale.experiments.protocol_parts.building_blocks.pacing import RestedOptions
 from slipscale.experiments.protocol_parts.building_blocks.repeating import (
     Condition,
@@ -23,7 +16,8 @@ from slipscale.experiments.protocol_parts.building_blocks.repeating import (
     part_over,
 )
 from slipscale.experiments.protocol_parts.ordering.randomisation import Stream
-from slipscale.experiments.steps.questions import Question, Sought
+from slipscale.experiments.steps.columns import Column, Given, TrialRecord
+from slipscale.experiments.steps.questions.base import Question, Sought
 from slipscale.experiments.steps.replies import Answer, Reply, Voided
 from slipscale.experiments.steps.steps import (
     Ask,

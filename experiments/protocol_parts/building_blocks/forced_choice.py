@@ -13,19 +13,14 @@ from typing import Literal, NamedTuple
 from slipscale.experiments.languages.texts import answers
 from slipscale.experiments.protocol_parts.adaptive.answered_tracks import AnsweredTracks
 from slipscale.experiments.protocol_parts.adaptive.interleaved import Interleaved
-from slipscale.experiments.protocol_parts.base import (
-    Column,
-    Context,
-    Count,
-    Positive,
-    TrialRecord,
-    truth,
-)
+from slipscale.experiments.protocol_parts.base import Context, Count, Positive
 from slipscale.experiments.protocol_parts.building_blocks.adaptive_options import AdaptiveOptions
 from slipscale.experiments.protocol_parts.building_blocks.comparing import IntervalTask, sought
 from slipscale.experiments.protocol_parts.building_blocks.repeating import Repetition, part_over
-from slipscale.experiments.protocol_parts.simulated_answers import SimulatedAnswer, compared
-from slipscale.experiments.steps.questions import ComparisonQuestion, Sought
+from slipscale.experiments.protocol_parts.simulated_answers import SimulatedAnswer, as_asked
+from slipscale.experiments.steps.columns import Column, TrialRecord, truth
+from slipscale.experiments.steps.questions.base import Sought
+from slipscale.experiments.steps.questions.comparison import ComparisonQuestion
 from slipscale.experiments.steps.replies import Answer, Reply, Voided
 from slipscale.experiments.steps.rounding import rounded
 from slipscale.experiments.steps.steps import Ask, EndTrial, Feedback, Instruct, Step, Steps
@@ -274,4 +269,4 @@ RESPONSE: Mapping[str, Column] = {
         levels={"true": "right", "false": "wrong"},
     ),
 }
-SIMULATED: Mapping[str, SimulatedAnswer] = {"response": compared}
+SIMULATED: Mapping[str, SimulatedAnswer] = {"response": as_asked}

@@ -10,14 +10,7 @@ from collections.abc import Generator, Mapping, Sequence
 from types import MappingProxyType
 from typing import NamedTuple
 
-from slipscale.experiments.protocol_parts.base import (
-    AtLeastOne,
-    Column,
-    Context,
-    Count,
-    Switch,
-    TrialRecord,
-)
+from slipscale.experiments.protocol_parts.base import AtLeastOne, Context, Count, Switch
 from slipscale.experiments.protocol_parts.building_blocks.pacing import PacedOptions
 from slipscale.experiments.protocol_parts.building_blocks.repeating import Repeating, part_over
 from slipscale.experiments.protocol_parts.ordering.orders import (
@@ -25,7 +18,8 @@ from slipscale.experiments.protocol_parts.ordering.orders import (
     practice_order,
     presentation_order,
 )
-from slipscale.experiments.steps.questions import Question
+from slipscale.experiments.steps.columns import Column, TrialRecord
+from slipscale.experiments.steps.questions.base import Question
 from slipscale.experiments.steps.replies import Answer, Reply, Voided
 from slipscale.experiments.steps.steps import (
     Ask,

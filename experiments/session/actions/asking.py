@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 from slipscale.experiments.journal.serialisation import answer_record, step_record
 from slipscale.experiments.participants.base import StopRequested, Unfinished, Watch
 from slipscale.experiments.session.markers import Event
-from slipscale.experiments.steps.questions import CONSENT
+from slipscale.experiments.steps.questions.base import CONSENT
 from slipscale.experiments.steps.replies import BACK, NO_SOUND, Reply
 from slipscale.experiments.steps.steps import Ask, Feedback, Played
 from slipscale.faults import UserError

@@ -12,7 +12,9 @@ from slipscale.experiments.dataset.bids import build_dataset
 from slipscale.experiments.dataset.journals import mode_of
 from slipscale.experiments.dataset.tsv import cell
 from slipscale.experiments.dataset.verification import verify
-from slipscale.experiments.steps.questions import NumberQuestion, TextQuestion, YesNoQuestion
+from slipscale.experiments.steps.questions.number import NumberQuestion
+from slipscale.experiments.steps.questions.text import TextQuestion
+from slipscale.experiments.steps.questions.yes_no import YesNoQuestion
 from slipscale.experiments.study.file import study_text
 from slipscale.faults import UserError
 from slipscale.hardware.backends.mock import MockPlate

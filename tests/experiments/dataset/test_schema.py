@@ -14,9 +14,10 @@ from slipscale.experiments.dataset.schema import (
     columns,
     table_stem,
 )
-from slipscale.experiments.protocol_parts.base import Column, Options
+from slipscale.experiments.protocol_parts.base import Options
 from slipscale.experiments.protocol_parts.registry import load_protocol, protocol_names
 from slipscale.experiments.running.rehearsal import dry_run
+from slipscale.experiments.steps.columns import Column
 from slipscale.experiments.steps.steps import Adjust, Ask
 from slipscale.experiments.study.file import study_text
 from slipscale.experiments.study.person_questions import TAKEN

@@ -2,8 +2,8 @@
 
 from dataclasses import replace
 
-from slipscale.experiments.protocol_parts.base import Column, TrialRecord
 from slipscale.experiments.protocols.limits import PROTOCOL
+from slipscale.experiments.steps.columns import Column, TrialRecord
 from slipscale.experiments.steps.trial import Trial
 
 TRIAL = Trial(task="limits", number=1, total=1, factors={"series": 3, "practised": True})

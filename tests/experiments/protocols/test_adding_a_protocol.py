@@ -1,24 +1,11 @@
 """docs/extending/adding-a-protocol.md: its example is built, installed and used."""
 
 import json
-import os
-import shutil
-import signal
-import subprocess
-import sys
-import time
-import zipfile
-from pathlib import Path
 
 import pytest
 
-EXAMPLE = Path(__file__).parents[3] / "docs" / "extending" / "roughness"
-# Commands, one after another in one process: most of a short one's time is its imports.
-COMMANDS = """
-import shlex, sys
-from slipscale.commands import main
-sys.exit(max([main(shlex.split(line)) for line in sys.argv[1:]]))
-"""
+from tests.support.example_package import COMMANDS, ExamplePackage, tables
+
 # A pilot without its analysis, which takes as long as all else.
 UNDISTURBED = """
 from pathlib import Path
@@ -30,59 +17,14 @@ plans = pilot_plans(
 )
 run_pilot(Path("whole"), plans, tell=print)
 """
-SLIPSCALE = Path(sys.executable).with_name("slipscale")
 
 
 pytestmark = pytest.mark.window  # `slipscale check` looks at the display
 
 
-@pytest.fixture(scope="module")
-def package(tmp_path_factory):
-    """The example built into a wheel, and the wheel installed in its own folder."""
-    folder = tmp_path_factory.mktemp("laboratory")
-    for file in EXAMPLE.glob("*.*"):
-        shutil.copy(file, folder)
-    build = [sys.executable, "-m", "hatchling", "build", "-t", "wheel", "-d", "dist"]
-    subprocess.run(build, cwd=folder, check=True, capture_output=True)
-    (wheel,) = (folder / "dist").glob("*.whl")
-    with zipfile.ZipFile(wheel) as archive:
-        archive.extractall(folder / "site")
-    # What is imported is what was installed, not the file that lies beside it.
-    for module in folder.glob("*.py"):
-        module.unlink()
-    return folder
-
-
-@pytest.fixture
-def slipscale(package, display):
-    """Return a function that runs a command with the package installed."""
-    environment = {**os.environ, "PYTHONPATH": str(package / "site"), "COLUMNS": "200"}
-
-    def run(*words, wait=True):
-        if not wait:
-            return subprocess.Popen(
-                [SLIPSCALE, *words], cwd=package, env=environment, stdout=subprocess.DEVNULL
-            )
-        command = [sys.executable, "-c", *words]
-        done = subprocess.run(
-            command, cwd=package, env=environment, capture_output=True, text=True, check=False
-        )
-        assert done.returncode == 0, done.stderr
-        return done.stdout
-
-    return run
-
-
-def tables(folder):
-    return {
-        path.name: path.read_bytes()
-        for path in sorted(folder.glob("sub-*/beh/*"))
-        if path.suffix in (".tsv", ".json")
-    }
-
-
-def test_the_page_is_followed_from_validate_to_analyse(package, slipscale):
-    said = slipscale(
+def test_the_page_is_followed_from_validate_to_analyse(tmp_path, display):
+    package = ExamplePackage("roughness", tmp_path)
+    said = package.run(
         COMMANDS,
         "study validate roughness.toml",
         "study show roughness.toml",
@@ -94,8 +36,8 @@ def test_the_page_is_followed_from_validate_to_analyse(package, slipscale):
     assert {"name": "plate", "passed": True}.items() <= next(
         finding.items() for finding in findings if finding["name"] == "plate"
     )
-    slipscale(UNDISTURBED)
-    whole = tables(package / "whole")
+    package.run(UNDISTURBED)
+    whole = tables(tmp_path / "whole")
     coarse = whole["sub-01_task-coarse_run-01_beh.tsv"].decode().splitlines()
     assert len(coarse) == 1 + 6
     assert "interval2_readback_um_pp" in coarse[0]
@@ -105,20 +47,12 @@ def test_the_page_is_followed_from_validate_to_analyse(package, slipscale):
 
     # Killed in the middle of a run, gone on with, built, analysed.
     options = ("--population", "distracted", "--participants", "1", "--out", "killed")
-    pilot = slipscale("pilot", "roughness.toml", *options, wait=False)
-    journal = package / "killed/sourcedata/sub-01/sub-01_run-01_journal.jsonl"
-    deadline = time.monotonic() + 60
-    while not (journal.exists() and journal.stat().st_size > 30_000):
-        assert time.monotonic() < deadline
-        assert pilot.poll() is None, "it ended before it was killed"
-        time.sleep(0.001)
-    pilot.send_signal(signal.SIGKILL)
-    pilot.wait()
-    assert '"kind":"end"' not in journal.read_text()
-    said = slipscale(COMMANDS, f"resume {journal}", "data build killed", "analyse killed")
-    assert tables(package / "killed") == whole
+    journal = tmp_path / "killed/sourcedata/sub-01/sub-01_run-01_journal.jsonl"
+    package.kill_pilot(journal, "roughness.toml", *options)
+    said = package.run(COMMANDS, f"resume {journal}", "data build killed", "analyse killed")
+    assert tables(tmp_path / "killed") == whole
     assert "Shrinking differences: The mean of the last 4 differences in coarse was" in said
-    out = package / "killed/derivatives/slipscale"
+    out = tmp_path / "killed/derivatives/slipscale"
     own = json.loads((out / "inference.json").read_text())["own_last_differences"]
     assert set(own["numbers"]) == {"coarse", "fine"}
     assert (

@@ -1,4 +1,4 @@
-"""A new kind of step or question is handled everywhere, and every key of a study is read."""
+"""A new kind of step is handled everywhere, and every key of a study is read."""
 
 import ast
 from importlib.metadata import entry_points
@@ -10,72 +10,16 @@ from pydantic import BaseModel
 
 from slipscale.experiments.journal.record_shapes import STEPS
 from slipscale.experiments.journal.serialisation import ANSWERS
-from slipscale.experiments.languages.texts import load_texts
-from slipscale.experiments.participants.psychopy_window.screens import SCREENS, screen_for
+from slipscale.experiments.participants.psychopy_window.screens import SCREENS
 from slipscale.experiments.session.session import Session
-from slipscale.experiments.steps.questions import (
-    ChoiceQuestion,
-    ComparisonQuestion,
-    NumberQuestion,
-    PointingQuestion,
-    Question,
-    TextQuestion,
-    VisualAnalogueQuestion,
-    WholeNumberQuestion,
-    YesNoQuestion,
-)
 from slipscale.experiments.steps.replies import Answer
-from slipscale.experiments.steps.steps import Adjust, Ask, ParticipantStep, Step
+from slipscale.experiments.steps.steps import Adjust, ParticipantStep, Step
 from slipscale.experiments.study.model import Study
 from slipscale.stimuli.parameters import declared
 from slipscale.stimuli.textures import KINDS
 
 ROOT = Path(__file__).parents[3]
 PRODUCT = ("analysis", "experiments", "hardware", "stimuli")
-EXAMPLES = {
-    type(question): question
-    for question in (
-        NumberQuestion(prompt="How slippery?"),
-        YesNoQuestion(prompt="A difference?"),
-        TextQuestion(prompt="What changed?"),
-        ChoiceQuestion(prompt="Which hand?", options=(("l", "left"), ("r", "right"))),
-        WholeNumberQuestion(prompt="Age?", minimum=18, maximum=99),
-        ComparisonQuestion(prompt="Which?", options=("the first", "the second")),
-        VisualAnalogueQuestion(
-            prompt="Where?",
-            left="rough",
-            right="smooth",
-            resolution=1.0,
-            key_step=1.0,
-            start=50.0,
-            start_shown=True,
-        ),
-        PointingQuestion(
-            prompt="Point.",
-            start_mm=(-9.0, 0.0),
-            target_mm=(9.0, 0.0),
-            width_mm=3.0,
-            bars=True,
-            screen_height_mm=300.0,
-        ),
-    )
-}
-
-
-# With slots, each class exists twice; the second one is used.
-KINDS_OF_QUESTION = {kind.__name__: kind for kind in Question.__subclasses__()}.values()
-
-
-@pytest.mark.parametrize("kind", KINDS_OF_QUESTION, ids=lambda kind: kind.__name__)
-def test_every_kind_of_question_has_a_screen_and_a_rehearsed_answer(kind):
-    question = EXAMPLES[kind]
-    scene = screen_for(Ask(name="answer", question=question), load_texts("en")).scene(0.0)
-    assert question.prompt in str(scene)
-    first, last = question.rehearsed(0.0), question.rehearsed(0.999)
-    assert first != last or kind is TextQuestion
-    assert question.fits(first)
-    assert question.fits(last)
-    assert not question.fits(None)
 
 
 def test_every_kind_of_step_has_a_record_a_performer_and_a_screen(laboratory, monkeypatch):

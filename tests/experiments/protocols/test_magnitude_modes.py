@@ -8,9 +8,9 @@ import pytest
 from slipscale.experiments.dataset.schema import columns
 from slipscale.experiments.participants.simulated_people.bare_run import bare_run
 from slipscale.experiments.participants.simulated_people.population import Population
-from slipscale.experiments.protocol_parts.base import TrialRecord
 from slipscale.experiments.protocols.magnitude_production import PROTOCOL as MADE
 from slipscale.experiments.running.rehearsal import dry_run, surfaces
+from slipscale.experiments.steps.columns import TrialRecord
 from slipscale.experiments.steps.steps import Adjust, Ask, EndBlock, Explore, Present, Rest
 from slipscale.experiments.study.file import study_text
 from slipscale.faults import UserError

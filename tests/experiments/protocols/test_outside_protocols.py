@@ -8,13 +8,13 @@ import pytest
 
 from slipscale.commands import main
 from slipscale.experiments.protocol_parts import registry
-from slipscale.experiments.protocol_parts.base import Column, Options, Protocol
+from slipscale.experiments.protocol_parts.base import Options, Protocol
 from slipscale.experiments.protocol_parts.registry import load_protocol
-from slipscale.experiments.protocol_parts.simulated_answers import compared
 from slipscale.experiments.running.pilot import pilot_plans, run_pilot
 from slipscale.experiments.running.rehearsal import check_answered, surfaces
 from slipscale.experiments.running.study_commands import validate
-from slipscale.experiments.steps.questions import ChoiceQuestion, NumberQuestion
+from slipscale.experiments.steps.columns import Column
+from slipscale.experiments.steps.questions.number import NumberQuestion
 from slipscale.experiments.steps.steps import Ask, EndBlock, EndTrial, Explore, Instruct, Present
 from slipscale.experiments.steps.trial import Trial
 from slipscale.faults import RigError, UserError, plug_ins
@@ -262,6 +262,22 @@ def test_an_entry_point_that_is_no_protocol_is_refused(pilot, monkeypatch):
         load_protocol("grip")
 
 
+class Unregistered(NumberQuestion):
+    """A kind of question that no package registers."""
+
+
+def test_a_question_whose_kind_is_not_registered_is_refused_before_a_pilot(pilot):
+    def asks(_options, context):
+        trial = Trial(task=context.task, number=1, total=1)
+        yield Present(surface=VirtualSurface(level=1.2), trial=trial)
+        yield Ask(name="grip", question=Unregistered(prompt="Grip?"), trial=trial)
+        yield EndTrial(trial=trial)
+
+    said = "'grip' of the package ourlab: Unregistered is not an installed kind"
+    with pytest.raises(UserError, match=said):
+        pilot(GRIP, steps=asks)
+
+
 def test_two_packages_that_give_the_same_name_are_refused(monkeypatch):
     points = [
         EntryPoint(name="grip", value=f"{package}.grip:PROTOCOL", group="slipscale.protocols")
@@ -274,12 +290,6 @@ def test_two_packages_that_give_the_same_name_are_refused(monkeypatch):
             plug_ins.installed("slipscale.protocols")
     finally:
         plug_ins.installed.cache_clear()
-
-
-def test_a_question_that_compares_is_never_answered_by_chance(pilot):
-    question = ChoiceQuestion(prompt="?", options=(("a", "a"), ("b", "b")))
-    with pytest.raises(UserError, match="does not compare surfaces"):
-        compared(Ask(name="grip", question=question), None)
 
 
 @pytest.mark.parametrize("study", ["difference_threshold", "matching"])

@@ -7,14 +7,14 @@ from dataclasses import replace
 import pytest
 
 from slipscale.experiments.languages.texts import load_texts
-from slipscale.experiments.participants.psychopy_window.scene import Box, Disc
 from slipscale.experiments.participants.psychopy_window.screens import screen_for
-from slipscale.experiments.protocol_parts.base import TrialRecord
 from slipscale.experiments.protocols.pointing import PROTOCOL, Movement, Pointing, target_surface
 from slipscale.experiments.running.contact_sources import ContactSpecs
 from slipscale.experiments.running.rehearsal import check_supported, dry_run
-from slipscale.experiments.steps.questions import PointingQuestion, Selection
+from slipscale.experiments.steps.columns import TrialRecord
+from slipscale.experiments.steps.questions.pointing import PointingQuestion, Selection
 from slipscale.experiments.steps.replies import Reply, Voided
+from slipscale.experiments.steps.screens.scene import Box, Disc
 from slipscale.experiments.steps.steps import Ask, EndTrial
 from slipscale.experiments.study.file import study_text
 from slipscale.faults import UserError

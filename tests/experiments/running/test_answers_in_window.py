@@ -10,13 +10,16 @@ import pytest
 
 from slipscale.experiments.dataset.bids import build_dataset
 from slipscale.experiments.journal.journal import Journal
-from slipscale.experiments.participants.psychopy_window import PsychoPyWindow, scene
-from slipscale.experiments.participants.psychopy_window.entry import CLEAR, ENTER, is_long
+from slipscale.experiments.participants.psychopy_window import PsychoPyWindow
 from slipscale.experiments.running.begin_or_resume import plate_for, run_plan
 from slipscale.experiments.session.operator import Request, UnattendedOperator
 from slipscale.experiments.session.parts import Setup
 from slipscale.experiments.session.sound.question_sounds import ImaginedSounds
-from slipscale.experiments.steps.questions import ChoiceQuestion, ComparisonQuestion, NumberQuestion
+from slipscale.experiments.steps.questions.choice import ChoiceQuestion
+from slipscale.experiments.steps.questions.comparison import ComparisonQuestion
+from slipscale.experiments.steps.questions.number import NumberQuestion
+from slipscale.experiments.steps.screens import scene
+from slipscale.experiments.steps.screens.entry import CLEAR, ENTER
 from slipscale.experiments.steps.steps import Ask, Feedback
 from slipscale.hardware.clock import VirtualClock
 from slipscale.stimuli import headphone_sounds
@@ -78,7 +81,7 @@ def presses(step):
     if isinstance(question, ComparisonQuestion):
         return (str(step.played.sound.quiet),)
     if isinstance(question, ChoiceQuestion):
-        return (f"{CLEAR}12", "2", ENTER) if is_long(question) else ("1",)
+        return (f"{CLEAR}12", "2", ENTER) if question.is_long else ("1",)
     return (" ",)
 
 

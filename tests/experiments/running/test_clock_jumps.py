@@ -13,7 +13,9 @@ from slipscale.experiments.journal.record import decode, sealed
 from slipscale.experiments.participants.base import StopRequested
 from slipscale.experiments.running import lab_session
 from slipscale.experiments.running.lab_session import Setting, begin, go_on, make_plan
-from slipscale.experiments.steps.questions import NumberQuestion, TextQuestion, YesNoQuestion
+from slipscale.experiments.steps.questions.number import NumberQuestion
+from slipscale.experiments.steps.questions.text import TextQuestion
+from slipscale.experiments.steps.questions.yes_no import YesNoQuestion
 from slipscale.hardware.clock import VirtualClock
 from tests.support.scripted import ScriptedParticipant
 

@@ -14,11 +14,9 @@ from slipscale.experiments.participants.psychopy_window import PsychoPyWindow
 from slipscale.experiments.running.begin_or_resume import plate_for, run_plan
 from slipscale.experiments.session.operator import UnattendedOperator
 from slipscale.experiments.session.parts import Setup
-from slipscale.experiments.steps.questions import (
-    NumberQuestion,
-    VisualAnalogueQuestion,
-    YesNoQuestion,
-)
+from slipscale.experiments.steps.questions.number import NumberQuestion
+from slipscale.experiments.steps.questions.visual_analogue import VisualAnalogueQuestion
+from slipscale.experiments.steps.questions.yes_no import YesNoQuestion
 from slipscale.experiments.steps.steps import Adjust, Ask, Feedback
 from slipscale.experiments.study.file import study_text
 from slipscale.hardware.clock import VirtualClock

@@ -25,7 +25,7 @@ from slipscale.experiments.session.operator import (
     SessionStatus,
     UnattendedOperator,
 )
-from slipscale.experiments.steps.questions import NumberQuestion
+from slipscale.experiments.steps.questions.number import NumberQuestion
 from slipscale.experiments.steps.steps import Ask
 from slipscale.experiments.steps.trial import Trial
 from slipscale.faults import UserError

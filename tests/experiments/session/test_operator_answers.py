@@ -9,7 +9,8 @@ from slipscale.experiments.dataset.bids import build_dataset
 from slipscale.experiments.participants.simulated_people.in_session import SimulatedParticipant
 from slipscale.experiments.session.operator import Request, UnattendedOperator
 from slipscale.experiments.session.operator_answers import OperatorAnswers, _Given
-from slipscale.experiments.steps.questions import ChoiceQuestion, YesNoQuestion
+from slipscale.experiments.steps.questions.choice import ChoiceQuestion
+from slipscale.experiments.steps.questions.yes_no import YesNoQuestion
 from slipscale.experiments.steps.steps import Ask
 from slipscale.experiments.study.file import parse_study, study_text
 from slipscale.faults import UserError

@@ -10,7 +10,9 @@ from slipscale.experiments.lab.blind_summary import summary
 from slipscale.experiments.participants.base import StopRequested, Unfinished
 from slipscale.experiments.session.interruptions import UNBLINDED
 from slipscale.experiments.session.operator import Request, UnattendedOperator
-from slipscale.experiments.steps.questions import NumberQuestion, TextQuestion, YesNoQuestion
+from slipscale.experiments.steps.questions.number import NumberQuestion
+from slipscale.experiments.steps.questions.text import TextQuestion
+from slipscale.experiments.steps.questions.yes_no import YesNoQuestion
 from slipscale.experiments.steps.replies import BACK
 from slipscale.experiments.steps.steps import Ask, Explore, Instruct
 from slipscale.faults import UserError

@@ -7,12 +7,12 @@ import pytest
 
 from slipscale.experiments.dataset.bids import build_dataset
 from slipscale.experiments.languages.texts import load_texts
-from slipscale.experiments.participants.psychopy_window.scene import Disc
 from slipscale.experiments.participants.psychopy_window.screens import screen_for
 from slipscale.experiments.running.pilot import run_pilot, run_simulated
 from slipscale.experiments.running.rehearsal import dry_run
 from slipscale.experiments.session.progress import Progress
 from slipscale.experiments.session.stroke_control import StrokeControl
+from slipscale.experiments.steps.screens.scene import Disc
 from slipscale.experiments.steps.steps import Explore, Guide
 from slipscale.experiments.steps.trial import Trial
 from slipscale.experiments.study.file import parse_study

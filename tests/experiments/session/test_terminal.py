@@ -9,7 +9,7 @@ from rich.console import Console
 
 from slipscale.experiments.session.operator import Request, SessionStatus, UnattendedOperator
 from slipscale.experiments.session.terminal import Keys, TerminalOperator
-from slipscale.experiments.steps.questions import NumberQuestion
+from slipscale.experiments.steps.questions.number import NumberQuestion
 from slipscale.experiments.steps.steps import Ask
 from slipscale.experiments.steps.trial import Trial
 

@@ -3,7 +3,7 @@
 import pytest
 
 from slipscale.experiments.participants.psychopy_window.screens import screen_for
-from slipscale.experiments.steps.questions import YesNoQuestion
+from slipscale.experiments.steps.questions.yes_no import YesNoQuestion
 from slipscale.experiments.steps.steps import Ask, Explore, Instruct, Rest
 from slipscale.experiments.study.file import parse_study, study_text
 from slipscale.faults import UserError

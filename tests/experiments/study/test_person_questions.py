@@ -6,7 +6,8 @@ import pytest
 
 from slipscale.experiments.dataset.bids import build_dataset
 from slipscale.experiments.session.operator import Request, UnattendedOperator
-from slipscale.experiments.steps.questions import ChoiceQuestion, WholeNumberQuestion
+from slipscale.experiments.steps.questions.choice import ChoiceQuestion
+from slipscale.experiments.steps.questions.whole_number import WholeNumberQuestion
 from slipscale.experiments.steps.steps import Ask, Instruct
 from slipscale.experiments.study.file import parse_study
 from slipscale.experiments.study.run_plan import RunPlan

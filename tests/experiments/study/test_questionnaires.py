@@ -11,7 +11,7 @@ from slipscale.experiments.dataset.withdrawal import withdraw
 from slipscale.experiments.running.lab_session import Setting, go_on
 from slipscale.experiments.running.rehearsal import WAYS, dry_run
 from slipscale.experiments.session.operator import Request, UnattendedOperator
-from slipscale.experiments.steps.questions import CONSENT
+from slipscale.experiments.steps.questions.base import CONSENT
 from slipscale.experiments.steps.steps import Ask, Instruct
 from slipscale.experiments.study.file import parse_study
 from slipscale.faults import UserError

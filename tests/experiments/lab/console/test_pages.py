@@ -21,7 +21,7 @@ from slipscale.experiments.protocol_parts.registry import protocol_names
 from slipscale.experiments.running.preflight import CHECKS
 from slipscale.experiments.running.screen_check import SHOWN
 from slipscale.experiments.session.operator import Request, SessionStatus
-from slipscale.experiments.steps.questions import NumberQuestion
+from slipscale.experiments.steps.questions.number import NumberQuestion
 from slipscale.experiments.steps.steps import Ask, EndBlock
 from slipscale.experiments.steps.trial import Trial
 from slipscale.experiments.study.file import study_text

@@ -12,7 +12,7 @@ import pytest
 
 from slipscale.experiments.languages.texts import load_texts
 from slipscale.experiments.participants.psychopy_window import PsychoPyWindow
-from slipscale.experiments.steps.questions import TextQuestion
+from slipscale.experiments.steps.questions.text import TextQuestion
 from slipscale.experiments.steps.steps import Ask
 from slipscale.hardware.clock import SystemClock
 

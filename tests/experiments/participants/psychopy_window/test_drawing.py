@@ -8,7 +8,7 @@ import pytest
 
 from slipscale.experiments.participants.psychopy_window.drawing import drawn
 from slipscale.experiments.participants.psychopy_window.layout import lay
-from slipscale.experiments.participants.psychopy_window.scene import Area, Arrow, Box, Text
+from slipscale.experiments.steps.screens.scene import Area, Arrow, Box, Text
 
 
 def shapes(scene, width_px=1920, height_px=1080):

@@ -5,28 +5,24 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from slipscale.experiments.languages.texts import languages, load_texts
-from slipscale.experiments.participants.psychopy_window.entry import (
+from slipscale.experiments.steps.questions.choice import ChoiceQuestion
+from slipscale.experiments.steps.questions.comparison import ComparisonQuestion
+from slipscale.experiments.steps.questions.number import NumberQuestion, judge_number
+from slipscale.experiments.steps.questions.text import TextQuestion
+from slipscale.experiments.steps.questions.whole_number import WholeNumberQuestion
+from slipscale.experiments.steps.questions.yes_no import YesNoQuestion
+from slipscale.experiments.steps.replies import Reply
+from slipscale.experiments.steps.screens.entry import (
     CLEAR,
     ENTER,
     KeyEntry,
     Refused,
-    TypedEntry,
-    entry_for,
-    judge_number,
 )
-from slipscale.experiments.steps.questions import (
-    ChoiceQuestion,
-    ComparisonQuestion,
-    NumberQuestion,
-    TextQuestion,
-    WholeNumberQuestion,
-    YesNoQuestion,
-)
-from slipscale.experiments.steps.replies import Reply
 from slipscale.faults import UserError
 
 NUMBER = NumberQuestion(prompt="How slippery?")
 TEXT = TextQuestion(prompt="What?", max_length=5)
+AGE = WholeNumberQuestion(prompt="Age?", minimum=18, maximum=99)
 TEXTS = load_texts("en")
 
 
@@ -53,7 +49,7 @@ def test_a_number_is_read_as_people_type_it(typed, value):
 @pytest.mark.parametrize(
     "typed, reason",
     [
-        ("", "empty"), ("   ", "empty"), ("abc", "not_a_number"), ("1e3", "not_a_number"),
+        ("abc", "not_a_number"), ("1e3", "not_a_number"),
         ("nan", "not_a_number"), ("inf", "not_a_number"), ("1 000", "not_a_number"),
         ("1.2.3", "not_a_number"), ("1,2,3", "not_a_number"), (",", "not_a_number"),
         ("--1", "not_a_number"), ("5%", "not_a_number"), ("٣", "not_a_number"),
@@ -99,7 +95,7 @@ def test_whatever_is_typed_is_either_a_finite_answer_or_explained(typed):
 
 
 def test_the_last_character_is_taken_back():
-    entry = TypedEntry(NUMBER)
+    entry = NUMBER.entry(TEXTS)
     type_in(entry, "125")
     entry.erase()
     entry.press(",")
@@ -107,35 +103,37 @@ def test_the_last_character_is_taken_back():
 
 
 def test_nothing_is_taken_back_from_nothing():
-    entry = TypedEntry(NUMBER)
+    entry = NUMBER.entry(TEXTS)
     entry.erase()
     assert entry.content == ""
 
 
 def test_a_refused_entry_leaves_an_empty_line():
-    entry = TypedEntry(NUMBER)
+    entry = NUMBER.entry(TEXTS)
     assert type_in(entry, "7a\r") == Refused("7a", "window.not_a_number", {"entry": "7a"})
     assert entry.content == ""
 
 
 @given(st.text(st.characters(codec="utf-8", exclude_categories=["C", "Z"]), min_size=1, max_size=5))
 def test_free_text_is_kept_word_for_word(words):
-    entry = TypedEntry(TEXT)
+    entry = TEXT.entry(TEXTS)
     assert type_in(entry, words + ENTER) == Reply(value=words)
 
 
-def test_free_text_that_is_blank_is_asked_for_again():
-    assert type_in(TypedEntry(TEXT), "  \r") == Refused("  ", "window.empty")
+@pytest.mark.parametrize("question", [TEXT, NUMBER, AGE])
+@pytest.mark.parametrize("typed", ["", "  "])
+def test_a_blank_line_is_asked_for_again(question, typed):
+    assert type_in(question.entry(TEXTS), f"{typed}\r") == Refused(typed, "window.empty")
 
 
 def test_text_beyond_the_room_there_is_is_said_and_what_was_typed_stays():
-    entry = TypedEntry(TEXT)
+    entry = TEXT.entry(TEXTS)
     assert type_in(entry, "éàçùôx") == Refused("", "window.full")
     assert entry.content == "éàçùô"
 
 
 def test_control_characters_are_no_text():
-    entry = TypedEntry(TEXT)
+    entry = TEXT.entry(TEXTS)
     type_in(entry, "a\t\x1b\x7fb")
     assert entry.content == "ab"
 
@@ -144,24 +142,24 @@ def test_control_characters_are_no_text():
 def test_yes_and_no_are_the_language_s_own_keys_in_either_case(language, yes, no):
     question = YesNoQuestion(prompt="Different?")
     for key, value in ((yes, True), (yes.upper(), True), (no, False), (no.upper(), False)):
-        assert entry_for(question, load_texts(language)).press(key) == Reply(value=value)
+        assert question.entry(load_texts(language)).press(key) == Reply(value=value)
 
 
 def test_another_key_is_refused_with_the_keys_there_are():
-    verdict = entry_for(YesNoQuestion(prompt="Different?"), TEXTS).press("x")
+    verdict = YesNoQuestion(prompt="Different?").entry(TEXTS).press("x")
     assert verdict == Refused("x", "window.other_key", {"keys": "y, n"})
 
 
 @pytest.mark.parametrize("key, code", [("1", "guess"), ("2", "sure"), ("é", "sure")])
 def test_a_number_key_chooses_also_unshifted_on_a_french_keyboard(key, code):
     question = ChoiceQuestion(prompt="?", options=(("guess", "a guess"), ("sure", "sure")))
-    assert entry_for(question, TEXTS).press(key) == Reply(value=code)
+    assert question.entry(TEXTS).press(key) == Reply(value=code)
 
 
 @pytest.mark.parametrize("key", ["0", "3", "a", "ç", ENTER])
 def test_a_number_without_an_option_chooses_nothing(key):
     question = ChoiceQuestion(prompt="?", options=(("guess", "a guess"), ("sure", "sure")))
-    assert isinstance(entry_for(question, TEXTS).press(key), Refused)
+    assert isinstance(question.entry(TEXTS).press(key), Refused)
 
 
 @pytest.mark.parametrize(
@@ -173,14 +171,14 @@ def test_a_number_without_an_option_chooses_nothing(key):
 )
 def test_options_without_number_keys_are_refused(question):
     with pytest.raises(UserError, match=f"{len(question.options)} options, expected 1 to 9"):
-        entry_for(question, TEXTS)
+        question.entry(TEXTS)
 
 
 @pytest.fixture
 def many():
     """Return the entry of a question with twelve answers, a to l."""
     options = tuple((letter, letter.upper()) for letter in "abcdefghijkl")
-    return entry_for(ChoiceQuestion(prompt="?", options=options), TEXTS)
+    return ChoiceQuestion(prompt="?", options=options).entry(TEXTS)
 
 
 @pytest.mark.parametrize(
@@ -226,25 +224,18 @@ def test_a_key_entry_has_nothing_to_take_back():
     assert entry.press("y") == Reply(value=True)
 
 
-AGE = WholeNumberQuestion(prompt="How old?", minimum=18, maximum=99)
-
-
 @pytest.mark.parametrize("typed, value", [("18", 18.0), ("99", 99.0), (" 034 ", 34.0)])
 def test_a_whole_number_within_its_bounds_is_accepted(typed, value):
-    assert type_in(TypedEntry(AGE), typed + ENTER) == Reply(value=value)
+    assert type_in(AGE.entry(TEXTS), typed + ENTER) == Reply(value=value)
 
 
 @pytest.mark.parametrize(
     "typed", ["17", "100", "34,5", "34.0", "-34", "abc", "\u0663\u0664", "9" * 20, "1e2"]
 )
 def test_another_entry_is_refused_with_the_bounds(typed):
-    refused = type_in(TypedEntry(AGE), typed + ENTER)
+    refused = type_in(AGE.entry(TEXTS), typed + ENTER)
     assert refused == Refused(
         typed, "window.out_of_bounds", {"entry": typed, "minimum": "18", "maximum": "99"}
     )
     for language in languages():
         assert "99" in load_texts(language)[refused.reason].format(**refused.blanks)
-
-
-def test_an_empty_whole_number_is_asked_for_again():
-    assert type_in(TypedEntry(AGE), ENTER).reason == "window.empty"

@@ -4,10 +4,11 @@ import pytest
 
 from slipscale.experiments.languages.texts import load_texts
 from slipscale.experiments.participants.psychopy_window.layout import faults, lay
-from slipscale.experiments.participants.psychopy_window.scene import COLOURS, Box, Text
 from slipscale.experiments.participants.psychopy_window.screens import screen_for
 from slipscale.experiments.running.study_commands import validate
-from slipscale.experiments.steps.questions import ChoiceQuestion, VisualAnalogueQuestion
+from slipscale.experiments.steps.questions.choice import ChoiceQuestion
+from slipscale.experiments.steps.questions.visual_analogue import VisualAnalogueQuestion
+from slipscale.experiments.steps.screens.scene import COLOURS, Box, Text
 from slipscale.experiments.steps.steps import Ask
 from slipscale.experiments.study.file import shipped_studies
 from slipscale.faults import UserError

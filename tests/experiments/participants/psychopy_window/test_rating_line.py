@@ -3,13 +3,18 @@
 import pytest
 
 from slipscale.experiments.languages.texts import languages, load_texts
-from slipscale.experiments.participants.psychopy_window import scene
 from slipscale.experiments.participants.psychopy_window.keyboard import Key
-from slipscale.experiments.participants.psychopy_window.rating_line import DONE, LINE_LENGTH, LINE_Y
 from slipscale.experiments.participants.psychopy_window.screens import screen_for
 from slipscale.experiments.participants.psychopy_window.window import hand_over
-from slipscale.experiments.steps.questions import NumberQuestion, VisualAnalogueQuestion
+from slipscale.experiments.steps.questions.number import NumberQuestion
+from slipscale.experiments.steps.questions.visual_analogue import (
+    DONE,
+    LINE_LENGTH,
+    LINE_Y,
+    VisualAnalogueQuestion,
+)
 from slipscale.experiments.steps.replies import Reply
+from slipscale.experiments.steps.screens import scene
 from slipscale.experiments.steps.steps import Ask
 
 TEXTS = load_texts("en")

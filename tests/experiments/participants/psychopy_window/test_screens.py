@@ -5,19 +5,17 @@ from dataclasses import replace
 import pytest
 
 from slipscale.experiments.languages.texts import languages, load_texts
-from slipscale.experiments.participants.psychopy_window import scene
-from slipscale.experiments.participants.psychopy_window.asking import Stopping
-from slipscale.experiments.participants.psychopy_window.entry import CLEAR, ENTER, ERASE
 from slipscale.experiments.participants.psychopy_window.keyboard import Key, claim
 from slipscale.experiments.participants.psychopy_window.screens import screen_for
+from slipscale.experiments.participants.psychopy_window.waiting import Stopping
 from slipscale.experiments.participants.psychopy_window.window import hand_over
-from slipscale.experiments.steps.questions import (
-    ChoiceQuestion,
-    NumberQuestion,
-    TextQuestion,
-    YesNoQuestion,
-)
+from slipscale.experiments.steps.questions.choice import ChoiceQuestion
+from slipscale.experiments.steps.questions.number import NumberQuestion
+from slipscale.experiments.steps.questions.text import TextQuestion
+from slipscale.experiments.steps.questions.yes_no import YesNoQuestion
 from slipscale.experiments.steps.replies import BACK, Reply
+from slipscale.experiments.steps.screens import scene
+from slipscale.experiments.steps.screens.entry import CLEAR, ENTER, ERASE
 from slipscale.experiments.steps.steps import Ask, Explore, Instruct, Rest
 
 TEXTS = load_texts("en")

@@ -12,15 +12,14 @@ import pytest
 
 from slipscale.experiments.languages.texts import load_texts
 from slipscale.experiments.participants.base import StopRequested, Unfinished
-from slipscale.experiments.participants.psychopy_window import PsychoPyWindow, scene
-from slipscale.experiments.participants.psychopy_window.entry import CLEAR, ENTER, ERASE
+from slipscale.experiments.participants.psychopy_window import PsychoPyWindow
 from slipscale.experiments.participants.psychopy_window.screens import screen_for
-from slipscale.experiments.steps.questions import (
-    ChoiceQuestion,
-    NumberQuestion,
-    TextQuestion,
-    YesNoQuestion,
-)
+from slipscale.experiments.steps.questions.choice import ChoiceQuestion
+from slipscale.experiments.steps.questions.number import NumberQuestion
+from slipscale.experiments.steps.questions.text import TextQuestion
+from slipscale.experiments.steps.questions.yes_no import YesNoQuestion
+from slipscale.experiments.steps.screens import scene
+from slipscale.experiments.steps.screens.entry import CLEAR, ENTER, ERASE
 from slipscale.experiments.steps.steps import Ask, Explore, Instruct, Rest
 from slipscale.faults import UserError
 from slipscale.hardware.clock import SystemClock

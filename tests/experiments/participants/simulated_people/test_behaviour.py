@@ -13,7 +13,7 @@ from slipscale.experiments.participants.simulated_people.population import (
     read_population,
 )
 from slipscale.experiments.running.pilot import pilot_plans
-from slipscale.experiments.steps.questions import NumberQuestion
+from slipscale.experiments.steps.questions.number import NumberQuestion
 from slipscale.experiments.steps.replies import Reply
 from slipscale.experiments.steps.steps import Ask, Explore
 from slipscale.faults import UserError
@@ -52,6 +52,13 @@ class Instant(Behaviour):
         return -1.0
 
 
+class Careless(Behaviour):
+    """Forgets whom it changes."""
+
+    def __init__(self, _person):
+        pass
+
+
 class Misnumbered(Behaviour):
     """Has a number that no population has."""
 
@@ -79,6 +86,7 @@ def installed(monkeypatch):
         "faulty": Faulty,
         "wordy": Wordy,
         "instant": Instant,
+        "careless": Careless,
         "misnumbered": Misnumbered,
         "nobody": dict,
     }
@@ -146,6 +154,7 @@ def test_a_population_without_them_is_written_as_it_always_was():
         ("faulty", r"raised ZeroDivisionError: nothing felt \(module .*test_behaviour, line"),
         ("wordy", "answered 'a lot' to 'estimate', expected a number of 0 or more"),
         ("instant", "the duration of a step is -1.0; expected a number of seconds"),
+        ("careless", "raised KeyError: 'person'"),
         ("misnumbered", "its population is invalid: trial_to_tral: unknown key"),
         ("nobody", "expected a class derived from Behaviour"),
     ],

@@ -16,7 +16,7 @@ from slipscale.experiments.participants.simulated_people.population import (
 )
 from slipscale.experiments.participants.simulated_people.respondent import Respondent
 from slipscale.experiments.running.pilot import gave_up, pilot_plans, run_simulated
-from slipscale.experiments.steps.questions import NumberQuestion
+from slipscale.experiments.steps.questions.number import NumberQuestion
 from slipscale.experiments.steps.replies import Adjusted, Reply
 from slipscale.experiments.steps.steps import Ask, Explore, Instruct
 from slipscale.experiments.steps.trial import Trial

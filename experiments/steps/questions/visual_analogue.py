@@ -1,20 +1,20 @@
-"""The screen of a visual analogue scale: a mark on a line, set by mouse, touch or keys."""
+"""Question answered by placing a mark on a line, by mouse, touch or keys."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import ClassVar
 
-from slipscale.experiments.participants.psychopy_window import scene
-from slipscale.experiments.participants.psychopy_window.entry import ENTER
-from slipscale.experiments.participants.psychopy_window.scene import Box, Scene, Text
-from slipscale.experiments.participants.psychopy_window.screen_texts import (
-    go_on_key,
-    naming_key,
-    remaining,
-)
-from slipscale.experiments.steps.questions import VisualAnalogueQuestion
+from slipscale.experiments.languages.texts import Texts
+from slipscale.experiments.steps.questions.base import Question, is_number
 from slipscale.experiments.steps.replies import Reply
-from slipscale.experiments.steps.steps import Ask
+from slipscale.experiments.steps.screens import scene
+from slipscale.experiments.steps.screens.entry import ENTER
+from slipscale.experiments.steps.screens.scene import Box, Scene, Text
+from slipscale.experiments.steps.screens.screen import Screen
+from slipscale.experiments.steps.screens.screen_texts import asked, go_on_key, naming_key, remaining
+from slipscale.experiments.steps.simulated_person import SimulatedPerson
+from slipscale.experiments.steps.trial import Value
 
 LINE_Y, LINE_LENGTH, LINE_WIDTH = 0.05, 1.1, 0.006
 #: Maximum distance between a click and the line, vertically and beyond the line's ends.
@@ -22,34 +22,80 @@ NEAR_Y, NEAR_X = 0.09, 0.05
 DONE = Box(x=0, y=-0.4, width=1.26, height=0.08, colour="field")
 
 
-class Marking:
+@dataclass(frozen=True, slots=True, kw_only=True)
+class VisualAnalogueQuestion(Question):
+    """Question answered by placing a mark on a line; the value is its position from 0 to 100.
+
+    Parameters
+    ----------
+    prompt : str
+        The question.
+    left, right : str
+        Labels at the left end (0) and the right end (100) of the line.
+    resolution, key_step : float
+        Distance between adjacent positions of the mark, and its movement per press of an arrow key.
+    start : float
+        Position of the mark before the first key press.
+    start_shown : bool
+        Whether the mark is visible (at ``start``) before the first key press or click.
+    """
+
+    EXPECTED: ClassVar = "a position on the line, 0 to 100"
+    left: str
+    right: str
+    resolution: float
+    key_step: float
+    start: float
+    start_shown: bool
+
+    def nearest(self, place: float) -> float:
+        """Return the position on the line nearest to ``place``, as a multiple of ``resolution``."""
+        held = min(max(place, 0.0), 100.0)
+        # The result is rounded, so that three steps of 0.1 are exactly 0.3.
+        return round(round(held / self.resolution) * self.resolution, 6)
+
+    def fits(self, value: object) -> bool:
+        """Return whether a value is a position on the line, a multiple of ``resolution``."""
+        return is_number(value) and value == self.nearest(float(str(value)))
+
+    def rehearsed(self, place: float, /) -> Value:
+        """Return the position on the line."""
+        return self.nearest(100.0 * place)
+
+    def screen(self, texts: Texts, time_limit_s: float | None, _back: bool, /) -> Screen:
+        """Return the screen with the line."""
+        return Marking(self, texts, time_limit_s)
+
+    def simulated(self, person: SimulatedPerson, _name: str, /) -> Value:
+        """Return the person's rating of the last surface."""
+        return self.nearest(person.rating(self.start))
+
+
+class Marking(Screen):
     """Rating screen: a line between two labels with a mark, and a countdown if time is limited.
 
     The answer can be submitted only after the mark has been set, because the start position is not
     an answer.
     """
 
-    single_key = True
     pointed = True
 
     def __init__(
-        self, step: Ask, question: VisualAnalogueQuestion, texts: Mapping[str, str]
+        self, question: VisualAnalogueQuestion, texts: Texts, time_limit_s: float | None
     ) -> None:
-        self.rejected: list[str] = []
+        super().__init__(texts, time_limit_s)
         self._question = question
-        self._texts = texts
-        self._limit_s = step.time_limit_s
         self._put: float | None = None
         self._notice = ""
 
     def scene(self, elapsed_s: float) -> Scene:
         """Return the question, the labelled line, the mark, and how to submit the answer."""
-        question, texts = self._question, self._texts
+        question, texts = self._question, self.texts
         half = LINE_LENGTH / 2
         notice = (scene.notice(self._notice),) if self._notice else ()
         foot = "window.mark_keys" if self._put is None else "window.mark_done"
         return (
-            Text(content=question.prompt.strip(), y=0.25, size=0.06, width=1.2, height=0.17),
+            asked(question.prompt, y=0.25),
             Box(x=0, y=LINE_Y, width=LINE_LENGTH, height=LINE_WIDTH, colour="text"),
             *(
                 Box(x=x, y=LINE_Y, width=LINE_WIDTH, height=0.05, colour="text")
@@ -63,12 +109,12 @@ class Marking:
             *notice,
             *(() if self._put is None else (DONE,)),
             scene.hint(naming_key(texts, foot)),
-            *remaining(self._limit_s, elapsed_s, texts, y=0.415),
+            *remaining(self.limit_s, elapsed_s, texts, y=0.415),
         )
 
     def press(self, character: str, elapsed_s: float) -> Reply | None:
         """Submit the rating on the `go_on` key or Enter, unless the time limit has passed."""
-        if character.casefold() not in (go_on_key(self._texts), ENTER, "\n"):
+        if character.casefold() not in (go_on_key(self.texts), ENTER, "\n"):
             return None
         return self._hand_in(elapsed_s)
 
@@ -88,9 +134,6 @@ class Marking:
             return self._hand_in(elapsed_s)
         return None
 
-    def erase(self) -> None:
-        """Do nothing, because a rating line has no text field."""
-
     @property
     def typed(self) -> str:
         """The position of the mark as text, or an empty string if the mark was not set."""
@@ -101,17 +144,11 @@ class Marking:
         if typed:
             self._put = self._question.nearest(float(typed))
 
-    def expire(self, elapsed_s: float) -> Reply | None:
-        """Return a time-out if the time limit has passed."""
-        if self._limit_s is not None and elapsed_s >= self._limit_s:
-            return Reply(timed_out=True)
-        return None
-
     def _hand_in(self, elapsed_s: float) -> Reply | None:
         if self.expire(elapsed_s):
             return None
         if self._put is None:
-            self._notice = self._texts["window.mark_missing"]
+            self._notice = self.texts["window.mark_missing"]
             return None
         return Reply(value=self._put)
 

@@ -1,12 +1,13 @@
-"""On-screen keys for touch or mouse: a number pad and a scrolling list."""
+"""Answer fields of a number and of a long list, with on-screen keys for touch or mouse."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 
-from slipscale.experiments.participants.psychopy_window import scene
-from slipscale.experiments.participants.psychopy_window.entry import CLEAR, ENTER, ERASE
-from slipscale.experiments.participants.psychopy_window.scene import Area, Arrow, Box, Scene, Text
+from slipscale.experiments.steps.screens import scene
+from slipscale.experiments.steps.screens.entry import CLEAR, ENTER, ERASE
+from slipscale.experiments.steps.screens.scene import Area, Arrow, Box, Scene, Text
+from slipscale.experiments.steps.screens.screen_texts import by_touch
 
 # Rows from top to bottom, as on a keypad.
 DIGITS = ("789", "456", "123")
@@ -15,7 +16,19 @@ ROWS_SHOWN = 8
 TOP, ROW = 0.19, 0.054
 
 
-def number_pad(content: str, texts: Mapping[str, str]) -> Scene:
+def number(content: str, texts: Mapping[str, str]) -> Scene:
+    """Return the answer field of a number, with on-screen keys if the participant uses them."""
+    if by_touch(texts):
+        return _number_pad(content, texts)
+    roomy = 11  # digits that fit the field at full size
+    size = scene.DIGITS * min(1.0, roomy / max(len(content), 1))
+    return (
+        Box(x=0, y=0.02, width=1.0, height=0.2, colour="field"),
+        Text(content=content, y=0.02, size=size, width=2.0, caret=True),
+    )
+
+
+def _number_pad(content: str, texts: Mapping[str, str]) -> Scene:
     """Return the answer field, and touch keys for digits, decimal mark, delete and Enter."""
     left, top = -0.27, 0.005
     keys = [

@@ -1,0 +1,1 @@
+"""Screens of questions, as plain data and independent of any window or clock."""
