@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 T = TypeVar("T")
 #: The type is covariant, so that a list can contain statistics of several types. This is safe
-#: because the callables of a statistic receive only its own results.
+#: because the methods of a statistic receive only its own results.
 T_co = TypeVar("T_co", covariant=True)
 
 #: A session measure: name, unit, and a table of participants (rows) by sessions (columns).

@@ -5,7 +5,7 @@ Import these names from here: their modules may move. See docs/extending/plug-in
 
 from slipscale.analysis.reading.labelled_tasks import TaskTrials, read_main_trials
 from slipscale.analysis.statistics.not_computed import NotComputed
-from slipscale.analysis.statistics.statistic import Family, Inputs, Sentence, Statistic
+from slipscale.analysis.statistics.statistic import Family, Inputs, Named, Sentence, Statistic
 from slipscale.analysis.tasks.kind import Analysis, TaskAnalysis
 from slipscale.analysis.tasks.outside.short_form import OwnInput, OwnResult, own_analysis
 from slipscale.analysis.writing.html import ReportSection
@@ -17,6 +17,7 @@ __all__ = [
     "Analysis",
     "Family",
     "Inputs",
+    "Named",
     "NotComputed",
     "OwnInput",
     "OwnResult",

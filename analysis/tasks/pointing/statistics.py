@@ -262,7 +262,7 @@ class _Pointing(Statistic[tuple[TaskPointing, ...]]):
         Named("*.time_gain_s.p", "{0}: movement time differs with feedback (t test)"),
     )
     headlines = (
-        Named("*.conditions.0.throughput_bit_s.mean", "{0}: throughput, bit/s"),
+        Named("*.conditions.1.throughput_bit_s.mean", "{0}: throughput, bit/s"),
         Named("*.throughput_gain_bit_s.mean", "{0}: throughput gain with feedback, bit/s"),
     )
 

@@ -1,6 +1,7 @@
 """Outside analyses: in every place where ours are, and their faults told in one sentence each."""
 
 import json
+import pickle
 import re
 from types import SimpleNamespace
 
@@ -100,6 +101,16 @@ def test_a_result_is_in_the_report_and_in_every_file(installed, only_own, tmp_pa
     assert "There are 0 estimates of &lt;b&gt;slip&lt;/b&gt;." in page
     assert "by the analysis &#39;spread&#39; in the package ourlab 2.1," in page
     assert 'aria-label="A line that rises"' in page
+
+
+def test_a_kind_is_pickled_as_the_name_of_its_entry_point(installed, only_own):
+    installed(spread=own_analysis("spread", title="Spread", run=lambda own, make=spread: make(own)))
+    copy = pickle.loads(pickle.dumps(analyse(only_own)))  # noqa: S301 - written here
+    kind = copy.kinds[-1]
+    assert (kind.name, kind.package, kind.version) == ("spread", "ourlab", "2.1")
+    assert kind.answers(copy) == ["Spread: There are 0 estimates of <b>slip</b>."]
+    statistic = copy.inference.declared[-1]
+    assert copy.inference[statistic] is copy.inference.own_spread
 
 
 def test_without_outside_analyses_only_our_keys_are_written(installed):
