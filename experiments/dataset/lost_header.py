@@ -12,7 +12,6 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from slipscale.experiments.dataset.schema import SIDECAR, TABLE_NAME
-from slipscale.experiments.journal.header import level_columns
 from slipscale.experiments.journal.plan_and_progress import plan_from
 from slipscale.experiments.journal.record import Record
 from slipscale.experiments.journal.record_shapes import checked
@@ -31,7 +30,7 @@ def header_from_tables(dataset: Path, journal: Path) -> tuple[RunPlan, Record] |
         record = Record(number=0, time_s=0.0, kind="header", data={**entries, LEVEL_COLUMNS: []})
         if not checked([record])[1]:
             plan = plan_from(record)
-            record.data[LEVEL_COLUMNS] = level_columns(plan)
+            record.data[LEVEL_COLUMNS] = plan.level_columns
             return plan, record
     return None
 

@@ -32,6 +32,7 @@ from slipscale.experiments.study.stroke import guided
 from slipscale.faults import UserError
 from slipscale.faults.message import Message
 from slipscale.stimuli.headphone_sounds import NoiseInEar
+from slipscale.stimuli.level_names import is_level
 
 Mode = Literal["participant", "pilot"]
 
@@ -242,6 +243,19 @@ class RunPlan:
         turns = self.row + (self.visit if study.visits == "advance" else 0)
         turned = study.task_order == "counterbalanced" and turns % 2 == 1
         return tasks[::-1] if turned else tasks
+
+    @property
+    def level_columns(self) -> list[str]:
+        """The columns of the tasks that contain levels, as named in files."""
+        names = self.study.quantity.in_file
+        columns = (
+            column
+            for protocol, _ in self.tasks()
+            for part in (protocol.design, protocol.stimulus, protocol.response)
+            for column in part
+            if is_level(column)
+        )
+        return sorted({names[column] for column in columns})
 
     def planned_trials(self) -> int:
         """Return the number of trials in the run if no trial is repeated."""
