@@ -7,7 +7,7 @@ from datetime import UTC, datetime
 
 from slipscale.experiments.journal.plan_and_progress import software
 from slipscale.experiments.journal.record import FORMAT
-from slipscale.experiments.journal.serialisation import LEVEL_COLUMNS
+from slipscale.experiments.journal.serialisation import TRIAL_LEVELS
 from slipscale.experiments.languages.texts import texts_hash
 from slipscale.experiments.study.file import study_hash
 from slipscale.experiments.study.run_plan import RunPlan
@@ -24,7 +24,7 @@ def header(
     return {
         "format": FORMAT,
         **plan.study.quantity_notes(),
-        LEVEL_COLUMNS: plan.level_columns,
+        TRIAL_LEVELS: plan.trial_levels,
         **content,
         "answered_by": answered_by,
         "masking_noise": masking,

@@ -245,17 +245,18 @@ class RunPlan:
         return tasks[::-1] if turned else tasks
 
     @property
-    def level_columns(self) -> list[str]:
-        """The columns of the tasks that contain levels, as named in files."""
-        names = self.study.quantity.in_file
-        columns = (
-            column
-            for protocol, _ in self.tasks()
-            for part in (protocol.design, protocol.stimulus, protocol.response)
-            for column in part
-            if is_level(column)
+    def trial_levels(self) -> list[str]:
+        """The levels that trials can contain, as named in files: columns and options of tasks."""
+        in_file = self.study.quantity.in_file
+        return sorted(
+            {
+                in_file[name]
+                for task, _ in self.tasks()
+                for names in (task.design, task.stimulus, task.response, task.amplitudes)
+                for name in names
+                if is_level(name)
+            }
         )
-        return sorted({names[column] for column in columns})
 
     def planned_trials(self) -> int:
         """Return the number of trials in the run if no trial is repeated."""
