@@ -12,11 +12,10 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from slipscale.experiments.dataset.schema import SIDECAR, TABLE_NAME
-from slipscale.experiments.journal.header import level_columns
 from slipscale.experiments.journal.plan_and_progress import plan_from
 from slipscale.experiments.journal.record import Record
 from slipscale.experiments.journal.record_shapes import checked
-from slipscale.experiments.journal.serialisation import LEVEL_COLUMNS, in_code
+from slipscale.experiments.journal.serialisation import TRIAL_LEVELS, in_code
 from slipscale.experiments.protocol_parts.base import ORDER_VERSION
 from slipscale.experiments.study.file import study_hash
 from slipscale.experiments.study.run_plan import RunPlan, journal_path
@@ -28,10 +27,10 @@ def header_from_tables(dataset: Path, journal: Path) -> tuple[RunPlan, Record] |
     Return None if the run has no tables, or if their sidecars do not contain enough information.
     """
     for entries in _sidecars(dataset, journal):
-        record = Record(number=0, time_s=0.0, kind="header", data={**entries, LEVEL_COLUMNS: []})
+        record = Record(number=0, time_s=0.0, kind="header", data={**entries, TRIAL_LEVELS: []})
         if not checked([record])[1]:
             plan = plan_from(record)
-            record.data[LEVEL_COLUMNS] = level_columns(plan)
+            record.data[TRIAL_LEVELS] = plan.trial_levels
             return plan, record
     return None
 

@@ -7,12 +7,11 @@ from datetime import UTC, datetime
 
 from slipscale.experiments.journal.plan_and_progress import software
 from slipscale.experiments.journal.record import FORMAT
-from slipscale.experiments.journal.serialisation import LEVEL_COLUMNS
+from slipscale.experiments.journal.serialisation import TRIAL_LEVELS
 from slipscale.experiments.languages.texts import texts_hash
 from slipscale.experiments.study.file import study_hash
 from slipscale.experiments.study.run_plan import RunPlan
 from slipscale.hardware.driver import PlateDriver
-from slipscale.stimuli.level_names import is_level
 
 
 def header(
@@ -25,7 +24,7 @@ def header(
     return {
         "format": FORMAT,
         **plan.study.quantity_notes(),
-        LEVEL_COLUMNS: level_columns(plan),
+        TRIAL_LEVELS: plan.trial_levels,
         **content,
         "answered_by": answered_by,
         "masking_noise": masking,
@@ -36,19 +35,6 @@ def header(
         "software": software(),
         "started_utc": _now_utc(),
     }
-
-
-def level_columns(plan: RunPlan) -> list[str]:
-    """Return the columns of the run's tasks that contain levels, as named in files."""
-    names = plan.study.quantity.in_file
-    columns = (
-        column
-        for protocol, _ in plan.tasks()
-        for part in (protocol.design, protocol.stimulus, protocol.response)
-        for column in part
-        if is_level(column)
-    )
-    return sorted({names[column] for column in columns})
 
 
 def resume_data(plan: RunPlan, plate: PlateDriver, spec: str, masking: str) -> dict[str, object]:

@@ -49,7 +49,7 @@ class _Header(_Shape):
     masking_noise: str
     study_hash: str
     texts_hash: str
-    level_columns: list[str]
+    trial_levels: list[str]
     plate_spec: str
     plate: Text
     software: Text

@@ -2,7 +2,7 @@
 
 Data contain the names used in the code. `in_file` converts the names of levels to those in
 journals, which contain the quantity and its unit, and `in_code` converts them back. Both convert
-only declared names: the fields of `STEPS` and `OF_PLATE_KINDS`, and the columns in the header.
+only declared names: the fields of `STEPS` and `OF_PLATE_KINDS`, and the names in the header.
 """
 
 from __future__ import annotations
@@ -36,8 +36,8 @@ WORDS = ("text", "title", "question")
 # Header entries: the quantity of the levels unless it is amplitude in µm, and the quantity that the
 # plate produces if the levels are another parameter of the stimuli.
 QUANTITY, PLATE_QUANTITY = "quantity", "plate_quantity"
-# Header entry: the columns of tasks that contain levels.
-LEVEL_COLUMNS = "level_columns"
+# Header entry: the names of levels in trials, `RunPlan.trial_levels`.
+TRIAL_LEVELS = "trial_levels"
 # Entries whose levels are in the quantity that the plate produces, and what they can contain.
 OF_PLATE = frozenset({"plate", "surface", "texture"})
 OF_PLATE_KINDS = (Presented, VirtualSurface, PlateLimits, *KINDS.values())
@@ -79,7 +79,7 @@ class Scope(NamedTuple):
 
     steps: Mapping[str, str]
     plate: Mapping[str, str]
-    columns: Mapping[str, str]
+    trials: Mapping[str, str]
 
 
 def in_file(header: Mapping[str, Any]) -> Callable[[Any], Any]:
@@ -89,8 +89,8 @@ def in_file(header: Mapping[str, Any]) -> Callable[[Any], Any]:
     ----------
     header : Mapping
         Data of the journal's first record, which state the quantity of the levels, the quantity
-        that the plate produces if the levels are a parameter of the stimuli, and the columns of
-        tasks that contain levels.
+        that the plate produces if the levels are a parameter of the stimuli, and the names of
+        levels in trials.
     """
     return partial(_renamed, scope=_scope(header))
 
@@ -107,10 +107,10 @@ def _scope(header: Mapping[str, Any]) -> Scope:
     """Return the names of levels in files, keyed by name in the code."""
     levels = _stated(header.get(QUANTITY), PLATE_AMPLITUDE)
     plate = _stated(header.get(PLATE_QUANTITY), levels)
-    columns = {levels.in_code[name]: name for name in header.get(LEVEL_COLUMNS, ())}
+    trials = {levels.in_code[name]: name for name in header.get(TRIAL_LEVELS, ())}
     steps = {name: levels.in_file[name] for name in _level_fields(STEPS)}
     of_plate = {name: plate.in_file[name] for name in _level_fields(OF_PLATE_KINDS)}
-    return Scope(steps, of_plate, columns)
+    return Scope(steps, of_plate, trials)
 
 
 @cache
@@ -139,7 +139,7 @@ def _renamed(data: Any, scope: Scope, names: Mapping[str, str] = EMPTY) -> Any:
             for key, value in data.items()
         }
         if kind == Adjust.__name__ and isinstance(found.get("name"), str):
-            found["name"] = scope.columns.get(found["name"], found["name"])
+            found["name"] = scope.trials.get(found["name"], found["name"])
         return found
     if isinstance(data, list | tuple) and data and not isinstance(data[0], float | int | str):
         return [_renamed(each, scope, names) for each in data]
@@ -150,7 +150,7 @@ def _names_in(key: str, scope: Scope, names: Mapping[str, str]) -> Mapping[str, 
     """Return the names of levels in an entry of a record."""
     if key in OF_PLATE:
         return scope.plate
-    return scope.columns if key == "factors" else names
+    return scope.trials if key == "factors" else names
 
 
 def same_step(one: dict[str, Any], other: dict[str, Any]) -> bool:

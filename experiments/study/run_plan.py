@@ -30,6 +30,7 @@ from slipscale.experiments.study.stroke import guided
 from slipscale.faults import UserError
 from slipscale.faults.message import Message
 from slipscale.stimuli.headphone_sounds import NoiseInEar
+from slipscale.stimuli.level_names import is_level
 
 Mode = Literal["participant", "pilot"]
 
@@ -240,6 +241,20 @@ class RunPlan:
         turns = self.row + (self.visit if study.visits == "advance" else 0)
         turned = study.task_order == "counterbalanced" and turns % 2 == 1
         return tasks[::-1] if turned else tasks
+
+    @property
+    def trial_levels(self) -> list[str]:
+        """The levels that trials can contain, as named in files: columns and options of tasks."""
+        in_file = self.study.quantity.in_file
+        return sorted(
+            {
+                in_file[name]
+                for task, _ in self.tasks()
+                for names in (task.design, task.stimulus, task.response, task.amplitudes)
+                for name in names
+                if is_level(name)
+            }
+        )
 
     def planned_trials(self) -> int:
         """Return the number of trials in the run if no trial is repeated."""

@@ -1,5 +1,7 @@
 """Studies whose levels are times or lengths: only levels are read as levels."""
 
+import re
+
 import pandas as pd
 import pytest
 
@@ -59,6 +61,16 @@ movements = 4
 feedback = ["none", "target"]
 ground_mm = 2.0
 target_mm = 0.5
+
+[[tasks]]
+protocol = "magnitude_production"
+standard_mm = 1.0
+lowest_mm = 0.2
+highest_mm = 2.4
+step_mm = 0.1
+modulus = 10.0
+numbers = [7.0, 14.0]
+repetitions = 2
 """
 
 
@@ -110,6 +122,7 @@ def test_the_analysis_has_the_levels_of_the_study(piloted):
 def test_a_journal_is_read_as_it_was_written(piloted):
     folder, in_s = piloted
     path = folder / "sourcedata/sub-01/sub-01_run-01_journal.jsonl"
+    assert not re.search(r'"\w+_level"', path.read_text())  # names in files have a unit
     records = read_plan(path)[1]
     factor = "onset_s" if in_s else "offset_mm"
     trials = [r.data["what"]["trial"] for r in records if r.kind == "begin"]

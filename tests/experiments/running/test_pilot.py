@@ -6,7 +6,6 @@ import pytest
 
 from slipscale.experiments.journal.plan_and_progress import last_plate, read_plan
 from slipscale.experiments.running.pilot import pilot_plans, run_pilot, run_simulated
-from slipscale.faults import UserError
 from tests.support.board_sessions import STUDY
 from tools.campaigns.torture.pilots import content
 
@@ -40,15 +39,6 @@ def test_a_pilot_s_records_are_those_of_a_journal_that_waits_for_the_disk(tmp_pa
         for folder in (tmp_path / "pilot", laboratory.folder)
     )
     assert here == there
-
-
-def test_a_pilot_begun_by_a_version_with_other_people_is_not_gone_on_with(laboratory, plan):
-    old = plan(population="")
-    laboratory.run(old)
-    path = old.journal_path(laboratory.folder)
-    path.write_bytes(b"".join(path.read_bytes().splitlines(keepends=True)[:20]))
-    with pytest.raises(UserError, match="start the pilot again"):
-        run_simulated(laboratory.folder, plan(), "mock")
 
 
 def test_a_pilot_whose_plate_missed_its_amplitude_by_chance_is_gone_on_with_anywhere(
