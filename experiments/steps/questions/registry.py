@@ -8,7 +8,7 @@ line.
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import fields
 from functools import cache
 from importlib.metadata import EntryPoint
@@ -24,6 +24,10 @@ from slipscale.faults.message import Message
 from slipscale.faults.plug_ins import OURS, QUESTIONS, called, installed, package_of
 
 T = TypeVar("T", Question, Screen, Entry)
+# Types that the functions of a kind, its screens and its answer fields must return.
+RETURNED: Mapping[str, type] = {
+    "fits": bool, "entry": Entry, "screen": Screen, "scene": tuple, "body": tuple, "listed": tuple,
+}  # fmt: skip
 
 
 def kind_names() -> list[str]:
@@ -137,6 +141,14 @@ def _reporting(
     def reporting(function: Callable[..., Any]) -> Callable[..., Any]:
         def call(self: T, *arguments: Any, **options: Any) -> Any:
             found = called(point, lambda: function(self, *arguments, **options), _named(point))
+            if not isinstance(found, RETURNED.get(function.__name__, object)):
+                raise UserError(
+                    "{named}: {function} returned {found}, expected a {expected}",
+                    named=_named(point),
+                    function=function.__name__,
+                    found=repr(found),
+                    expected=RETURNED[function.__name__].__name__,
+                )
             check(self, found)
             return found
 

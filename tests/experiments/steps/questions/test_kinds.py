@@ -228,6 +228,33 @@ def test_an_error_of_a_kind_names_the_package_and_the_line(grip):
         [entry.press(each) for each in "x\r"]
 
 
+class Wrong(Grip):
+    """Returns what nobody expects."""
+
+    def fits(self, _value):
+        return "yes"
+
+    def body(self, _entry, _texts, /):
+        return "a picture"
+
+    def screen(self, texts, time_limit_s, back, /):
+        return Grip.screen(self, texts, time_limit_s, back) if back else None
+
+
+@pytest.mark.parametrize(
+    "use, said",
+    [
+        (lambda q: q.fits(1), "fits returned 'yes', expected a bool"),
+        (lambda q: q.screen(TEXTS, None, False), "screen returned None, expected a Screen"),
+        (lambda q: q.screen(TEXTS, None, True).scene(0.0), "body returned 'a picture', exp"),
+    ],
+)
+def test_a_result_of_another_type_is_refused(grip, use, said):
+    grip(Wrong)
+    with pytest.raises(UserError, match=f"'grip' of the package ourlab: {said}"):
+        use(watched(Wrong(prompt="Grip?"), "protocol 'grip'"))
+
+
 @pytest.mark.parametrize("part", ["entry", "screen"])
 def test_an_answer_that_does_not_fit_is_no_answer(grip, part):
     grip(Grip)
