@@ -30,10 +30,6 @@ from slipscale.experiments.journal.journal import Journal
 from slipscale.experiments.running.begin_or_resume import run_plan
 from slipscale.experiments.session.operator import UnattendedOperator
 from slipscale.experiments.session.parts import Setup
-from slipscale.experiments.steps.questions.choice import ChoiceQuestion
-from slipscale.experiments.steps.questions.number import NumberQuestion
-from slipscale.experiments.steps.questions.text import TextQuestion
-from slipscale.experiments.steps.questions.yes_no import YesNoQuestion
 from slipscale.experiments.steps.steps import Adjust, Ask
 from slipscale.hardware.clock import VirtualClock
 from slipscale.hardware.errors import PlateTimeout
@@ -92,15 +88,8 @@ def same_work() -> None:
 
 
 def answer(step: Ask | Adjust) -> Value:
-    """Return an answer to any question."""
-    question = step.question if isinstance(step, Ask) else None
-    if isinstance(question, ChoiceQuestion):
-        return question.options[0][0]
-    if isinstance(question, YesNoQuestion):
-        return True
-    if isinstance(question, TextQuestion):
-        return "less slippery"
-    return 50.0 if isinstance(question, NumberQuestion) else 30.0
+    """Return the first answer to any question."""
+    return step.question.rehearsed(0.0) if isinstance(step, Ask) else 30.0
 
 
 def connected(spec: str, clock: VirtualClock, stack: ExitStack) -> PlateDriver:
