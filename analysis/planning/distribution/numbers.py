@@ -54,15 +54,22 @@ class Label(tuple[str, ...]):
         return " - ".join(dict.fromkeys(self))
 
 
+class BestModel(str):
+    """The name of the model that fits best."""
+
+    __slots__ = ()
+
+
 class ResultName(tuple[str | Label, ...]):
-    """Keys and labels that lead to a result. The name of the best model follows the key `BEST`."""
+    """Keys and labels that lead to a result, followed by the best model if that is the result."""
 
     __slots__ = ()
 
     def __str__(self) -> str:
         """Return the name as it is written to files."""
-        *first, last = map(str, self)
-        return ".".join(first) + (": " if BEST in first[-1:] else ".") + last
+        if isinstance(self[-1], BestModel):
+            return f"{ResultName(self[:-1])}: {self[-1]}"
+        return ".".join(map(str, self))
 
     def at(self, path: Sequence[str]) -> list[str | Label] | None:
         """Return what is at each ``*`` of a path, or None if the path leads elsewhere."""
@@ -117,7 +124,7 @@ def findings(analysis: Analysis) -> Findings:
             if _concludes(last):
                 conclusions[name] = value < level
         elif isinstance(value, str) and last == BEST:
-            conclusions[ResultName((*name, value))] = True
+            conclusions[ResultName((*name, BestModel(value)))] = True
     return Findings(
         numbers={name: value for name, value in numbers.items() if math.isfinite(value)},
         conclusions=conclusions,

@@ -24,8 +24,6 @@ from slipscale.figure_style import canvas, styled
 from slipscale.stimuli.quantity import Quantity
 
 HEADS = ("Participant", "Ascending", "Descending", "Threshold", "Transitions")
-
-
 NAMES = ("Ascending", "Descending", "Both")
 
 

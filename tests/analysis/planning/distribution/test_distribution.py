@@ -14,7 +14,13 @@ from slipscale.analysis.planning.distribution import many_studies, numbers
 from slipscale.analysis.planning.distribution.distribution import distribution
 from slipscale.analysis.planning.distribution.many_studies import ManyStudies, StudyResult, results
 from slipscale.analysis.planning.distribution.names import said
-from slipscale.analysis.planning.distribution.numbers import Findings, Label, ResultName, findings
+from slipscale.analysis.planning.distribution.numbers import (
+    BestModel,
+    Findings,
+    Label,
+    ResultName,
+    findings,
+)
 from slipscale.experiments.participants.simulated_people.habits import REALISTIC
 from slipscale.experiments.participants.simulated_people.population import Population
 from slipscale.experiments.running.pilot import pilot_plans, run_pilot
@@ -198,7 +204,9 @@ def test_a_description_names_the_elements_of_its_path_and_no_result_at_another()
     assert pair.at(("ratings", "*", "pairs", "*")) is None
     words = {("ratings", "*", "pairs", "*", "p_holm"): "{0[0]} ({0}): {1[0]} and {1[1]} {q.unit}"}
     assert said(pair, words) == (0, "line (line - 0.5): 0 and 1.2 µm")
-    best = ResultName(("growth", "amplitude", "best", "power"))
+    best = ResultName(("growth", "amplitude", "best", BestModel("power")))
+    counted = ResultName(("growth", "individual", "best", "power"))
+    assert [str(counted), str(ResultName(("own",)))] == ["growth.individual.best.power", "own"]
     assert (best.at(("growth", "amplitude", "best", "*")), str(best)) == (
         ["power"],
         "growth.amplitude.best: power",
