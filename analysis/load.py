@@ -48,6 +48,7 @@ from slipscale.experiments.dataset.schema import PARTICIPANT, TABLE_NAME
 from slipscale.experiments.dataset.verification import verify
 from slipscale.experiments.study.analysis_choices import AnalysisChoices
 from slipscale.faults import UserError
+from slipscale.faults.folders import visible
 from slipscale.faults.message import Message
 from slipscale.stimuli.quantity import AMPLITUDE_DECIMALS, PLATE_AMPLITUDE, Quantity
 
@@ -114,7 +115,7 @@ def _load_folder(folder: Path, task: str | None) -> Dataset:
     faults: list[str] = []
     outside = [kind.trials for kind in installed_kinds(faults) if kind.trials is not None]
     faults.clear()  # packages that cannot be loaded are reported when their results are needed
-    paths = sorted(folder.glob("sub-*/**/beh/*_beh.tsv"))
+    paths = visible(folder, "sub-*/**/beh/*_beh.tsv")
     quantity = metadata.one_quantity(paths, folder)
     kinds = (*TRIALS, *outside)
     found: dict[str, dict[str, list[Entry]]] = {kind.name: {} for kind in kinds}

@@ -32,7 +32,7 @@ def did_you_mean(word: object, known: Iterable[str], *, start: str = "") -> str:
     " (did you mean 'pilot'?)"
     """
     found = nearest(word, known)
-    if not found:
+    if not found or found == word:
         return ""
     return Message(" (did you mean '{meant}'?)", meant=start + found)
 

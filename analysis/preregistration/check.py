@@ -16,6 +16,7 @@ from slipscale.experiments.dataset.hand_exclusions import BY_HAND
 from slipscale.experiments.dataset.schema import SIDECAR
 from slipscale.experiments.study.file import study_hash
 from slipscale.faults import UserError
+from slipscale.faults.folders import visible
 from slipscale.faults.message import Message
 
 #: Kinds of deviation, keyed by setting of the [analysis] table. Other settings count as options.
@@ -88,7 +89,7 @@ def _of_bundle(bundle: Bundle, _: Analysis) -> Iterator[str]:
 def _of_study(bundle: Bundle, analysis: Analysis) -> Iterator[str]:
     """Yield differences between the planned study file, seed and language and those used."""
     data, plan = analysis.dataset, bundle.manifest
-    studies = sorted((data.folder / "code").glob("study*.toml")) if data.folder else []
+    studies = visible(data.folder / "code", "study*.toml") if data.folder else []
     if not studies:
         yield (
             "The data contain no study file (code/study.toml), so it is unknown whether the "
@@ -198,7 +199,7 @@ def _started(analysis: Analysis) -> list[str]:
     """Return the start time of each run from its sidecars, or an empty string if not stated."""
     folder = analysis.dataset.folder
     runs: dict[str, str] = {}
-    for path in sorted(folder.glob("sub-*/**/beh/*_beh.json")) if folder else ():
+    for path in visible(folder, "sub-*/**/beh/*_beh.json") if folder else ():
         try:
             own = json.loads(path.read_text(encoding="utf-8"))[SIDECAR]
             started = str(own.get("started_utc", MISSING))

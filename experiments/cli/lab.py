@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from slipscale.faults import ANSWER_IS_NO, DONE
+from slipscale.faults.folders import visible
 
 if TYPE_CHECKING:
     from slipscale.experiments.lab.defaults import Defaults
@@ -341,7 +342,7 @@ def run_note(args: Namespace) -> int:
     live = [
         path.with_name(path.name.removesuffix(".live"))
         for folder in folders
-        for path in (folder / "sourcedata").glob("sub-*/*.live")
+        for path in visible(folder / "sourcedata", "sub-*/*.live")
     ]
     for journal in live:
         status = read_status(journal)

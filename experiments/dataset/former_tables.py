@@ -35,6 +35,7 @@ from slipscale.experiments.dataset.schema import (
     TABLE_NAME,
 )
 from slipscale.experiments.dataset.tsv import table
+from slipscale.faults.folders import visible
 from slipscale.faults.message import Message
 
 if TYPE_CHECKING:
@@ -93,7 +94,7 @@ def with_former(dataset: Path, runs: Sequence[Run], gone: Collection[str] = ()) 
 def strays(dataset: Path, files: Collection[PurePosixPath]) -> Iterator[Path]:
     """Yield the tables of runs whose journal is missing."""
     known = {str(name) for name in files}
-    for path in sorted(dataset.glob("sub-*/**/beh/*.tsv")):
+    for path in visible(dataset, "sub-*/**/beh/*.tsv"):
         if path.relative_to(dataset).as_posix() not in known and TABLE_NAME.fullmatch(path.name):
             yield path
 

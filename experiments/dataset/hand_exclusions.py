@@ -18,6 +18,7 @@ from pydantic import Field, TypeAdapter, ValidationError
 
 from slipscale.experiments.dataset.files import write_file
 from slipscale.faults import UserError
+from slipscale.faults.folders import visible
 from slipscale.faults.frozen_table import FrozenTable
 from slipscale.faults.validation import in_words
 
@@ -48,7 +49,7 @@ def excluded_by_hand(dataset: Path) -> Mapping[str, Decision]:
     """
     last = {
         path.parent.name.removeprefix("sub-"): decisions(path)[-1]
-        for path in sorted(dataset.glob(EVERY.as_posix()))
+        for path in visible(dataset, EVERY.as_posix())
     }
     return {label: decision for label, decision in last.items() if decision.excluded}
 

@@ -5,6 +5,8 @@ A damaged journal does not affect other runs, and its intact records are still u
 
 from __future__ import annotations
 
+import re
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -15,7 +17,11 @@ from slipscale.experiments.journal.reading import Damage, has_begun
 from slipscale.experiments.journal.record import Record
 from slipscale.experiments.study.run_plan import Mode, RunPlan
 from slipscale.faults import UserError, harmless
+from slipscale.faults.folders import visible
 from slipscale.faults.message import Message
+
+#: What programs and people add to the name of a copy: a space and what follows, up to the ending.
+COPIED = re.compile(r" .*?(?=(?:\.\w+)?$)")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -60,7 +66,27 @@ class Run:
 
 def journals(dataset: Path) -> list[Path]:
     """Return the paths of a data set's journals, sorted."""
-    return sorted((dataset / "sourcedata").glob("sub-*/*_journal.jsonl"))
+    return visible(dataset / "sourcedata", "sub-*/*_journal.jsonl")
+
+
+def copies(dataset: Path) -> Iterator[Problem]:
+    """Yield the files and folders that the data set does not use, such as ``sub-01 (1)``.
+
+    Programs that synchronise folders write such copies, and an answer may be only in the copy.
+    """
+    for pattern in ("*", "sub-*/**/*", "sourcedata/**/*"):
+        for path in visible(dataset, pattern):
+            if not COPIED.search(path.name) or COPIED.search(path.parent.name):
+                continue
+            file = path.relative_to(dataset).as_posix()
+            original = path.with_name(COPIED.sub("", path.name))
+            what = "is not used; it seems to be a copy: compare it with the original, and remove it"
+            if path.suffix == ".jsonl" and original.is_file():
+                lines, own = (each.read_bytes().count(b"\n") for each in (path, original))
+                what += Message(
+                    " ({lines} records here, {own} in the original)", lines=lines, own=own
+                )
+            yield Problem(file=file, what=what)
 
 
 def mode_of(dataset: Path) -> Mode | None:
@@ -99,7 +125,7 @@ def read_runs(dataset: Path) -> tuple[list[Run], list[Problem]]:
     """
     mode_of(dataset)
     runs: list[Run] = []
-    problems: list[Problem] = []
+    problems = list(copies(dataset))
     for path in journals(dataset):
         file = path.relative_to(dataset).as_posix()
         try:

@@ -19,6 +19,7 @@ from slipscale.experiments.journal.serialisation import TRIAL_LEVELS, in_code
 from slipscale.experiments.protocol_parts.base import ORDER_VERSION
 from slipscale.experiments.study.file import study_hash
 from slipscale.experiments.study.run_plan import RunPlan, journal_path
+from slipscale.faults.folders import visible
 
 
 def header_from_tables(dataset: Path, journal: Path) -> tuple[RunPlan, Record] | None:
@@ -38,7 +39,7 @@ def header_from_tables(dataset: Path, journal: Path) -> tuple[RunPlan, Record] |
 def _sidecars(dataset: Path, journal: Path) -> Iterator[dict[str, object]]:
     """Yield the content of a journal header as recorded in each sidecar of the run."""
     studies = _studies(dataset)
-    for table in sorted(dataset.glob(f"{journal.parent.name}/**/beh/*_beh.tsv")):
+    for table in visible(dataset, f"{journal.parent.name}/**/beh/*_beh.tsv"):
         found = TABLE_NAME.fullmatch(table.name)
         if found is None:
             continue
@@ -63,7 +64,7 @@ def _sidecars(dataset: Path, journal: Path) -> Iterator[dict[str, object]]:
 def _studies(dataset: Path) -> dict[str, str]:
     """Return the content of each study file in a data set, keyed by its hash."""
     texts = []
-    for path in sorted((dataset / "code").glob("study*.toml")):
+    for path in visible(dataset / "code", "study*.toml"):
         try:
             texts.append(path.read_bytes().decode())  # the hash depends on the line endings
         except (OSError, UnicodeDecodeError):

@@ -28,6 +28,7 @@ from slipscale.experiments.journal.locks import is_being_written
 from slipscale.experiments.journal.plan_and_progress import read_usable
 from slipscale.experiments.study.run_plan import RunPlan
 from slipscale.faults import UserError
+from slipscale.faults.folders import visible
 from slipscale.faults.message import Message
 
 
@@ -213,10 +214,10 @@ def _own_files(one: Path, other: Path, chosen: dict[Path, Path]) -> Iterator[str
     Yield a message for each of these files that differs between the two data sets.
     """
     code = {
-        path.relative_to(f) for f in (one, other) for path in f.glob("code/*") if path.is_file()
+        path.relative_to(f) for f in (one, other) for path in visible(f, "code/*") if path.is_file()
     }
     made = {place for place in code if re.fullmatch(r"study(_[0-9a-f]{8})?\.toml", place.name)}
-    decided = {path.relative_to(f) for f in (one, other) for path in f.glob(EVERY.as_posix())}
+    decided = {path.relative_to(f) for f in (one, other) for path in visible(f, EVERY.as_posix())}
     for place in (Path(README), *sorted((code - made) | decided)):
         found = [folder / place for folder in (one, other) if (folder / place).is_file()]
         if len({path.read_bytes() for path in found}) > 1:

@@ -48,6 +48,8 @@ if TYPE_CHECKING:
 
 BIDS_VERSION = "1.10.0"
 README = PurePosixPath("README.md")
+# Endings of files in which git must not convert line ends.
+KEPT_BY_GIT = ("jsonl", "tsv", "json")
 
 
 def render(runs: Sequence[Run]) -> tuple[dict[PurePosixPath, Content], list[Problem]]:
@@ -269,6 +271,8 @@ def _top(
         name = "study.toml" if plan is first else f"study_{study_hash(plan.study_text)[:8]}.toml"
         yield PurePosixPath("code", name), plan.study_text
     yield README, _readme(first, simulated=simulated)
+    # Checksums cover the bytes, so git must not convert line ends.
+    yield PurePosixPath(".gitattributes"), "".join(f"*.{end} -text\n" for end in KEPT_BY_GIT)
 
 
 def _consent(column: Column, plan: RunPlan) -> Column:

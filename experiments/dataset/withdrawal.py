@@ -10,6 +10,7 @@ label. Both labels end in the same number, which determines the position in the 
 
 from __future__ import annotations
 
+import re
 import shutil
 import tempfile
 from collections.abc import Iterator
@@ -74,7 +75,7 @@ def withdraw(dataset: Path, participant: str) -> list[Path]:
     for folder in (dataset, *todo.copies):
         built = (folder / "participants.tsv").exists()
         for path in list(_in_one(folder, participant)):
-            if path.is_dir():
+            if path.is_dir() or _of(participant).search(path.name):
                 _remove(path)
             else:
                 _strike(path, participant)
@@ -153,19 +154,38 @@ def _found(dataset: Path, participant: str, todo: Pending) -> Iterator[Path]:
 
 
 def _in_one(folder: Path, participant: str) -> Iterator[Path]:
-    """Yield a participant's folders in one data set, and the tables that list the participant."""
-    places = ("derivatives/slipscale", f"sub-{participant}", f"sourcedata/sub-{participant}")
-    here = [folder / place for place in places]
+    """Yield a participant's folders in one data set, and the tables that list the participant.
+
+    Programs that synchronise folders, and people, leave copies such as ``sub-01 (1)``. Everything
+    whose name has the participant's label is the participant's.
+    """
+    results = folder / "derivatives/slipscale"
+    here = list(_topmost(folder, _of(participant), results))
     named = [path for path in _shared_tables(folder) if any(_lines_of(path, participant))]
     # Results are removed, because they do not show which participants are included.
-    if named or any(place.exists() for place in here[1:]):
-        yield from (place for place in here if place.exists())
+    if named or here:
+        yield from [results] if results.exists() else []
+        yield from here
         yield from named
 
 
+def _of(participant: str) -> re.Pattern[str]:
+    """Return a pattern for the names of a participant's files and folders."""
+    return re.compile(rf"(?<![A-Za-z0-9])sub-{re.escape(participant)}(?![A-Za-z0-9])")
+
+
+def _topmost(folder: Path, own: re.Pattern[str], results: Path) -> Iterator[Path]:
+    """Yield the files and folders with a matching name that are in no such folder."""
+    for path in sorted(folder.iterdir()) if folder.is_dir() else ():
+        if own.search(path.name):
+            yield path
+        elif path.is_dir() and not path.is_symlink() and path != results:
+            yield from _topmost(path, own, results)
+
+
 def _shared_tables(folder: Path) -> Iterator[Path]:
-    """Yield the tables that list several participants, including temporary files."""
-    for place in ("participants", "phenotype/*"):
+    """Yield the tables that list several participants, with temporary files and copies."""
+    for place in ("participants*", "phenotype/*"):
         for pattern in (f"{place}.tsv", draft_of(Path(f"{place}.tsv")).as_posix()):
             yield from sorted(folder.glob(pattern))
 
@@ -193,7 +213,7 @@ def _strike(path: Path, participant: str) -> None:
 def _remove(path: Path) -> None:
     with suppress(FileNotFoundError):
         try:
-            shutil.rmtree(path)
+            shutil.rmtree(path) if path.is_dir() else path.unlink()
         except OSError as error:
             if not path.exists():
                 return

@@ -3,6 +3,8 @@
 `read_records` is used to resume a run, and raises an error if there is any damage. `read_whole` is
 used to build data sets; it omits only damaged records. The rules are:
 
+- CR before LF, a byte order mark and a repeated last line are no damage: git, mail and programs
+  that synchronise folders add them, and the checksums cover the text.
 - Records are sorted by number, even if lines were moved in the file.
 - If several records have the same number, the record whose hash agrees with its neighbours is used.
 - An incomplete end of the file does not count as damage. The end is incomplete if the last line is
@@ -16,6 +18,7 @@ used to build data sets; it omits only damaged records. The rules are:
 from __future__ import annotations
 
 from bisect import bisect_left
+from codecs import BOM_UTF8
 from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
@@ -109,7 +112,8 @@ def read_whole(
     reading = Reading()
     found: list[_Line] = []
     wrong: list[int] = []  # lines without a record
-    lines = [line for line in lines if line]
+    sizes = [len(line) for line in lines if line]
+    lines = [_as_written(line, place) for place, line in enumerate(lines) if line]
     whole = _before_torn_end(lines)
     reading.torn = whole < len(lines)
     for place, line in enumerate(lines[:whole]):
@@ -122,7 +126,10 @@ def read_whole(
             if place == 0 and record.number == 0:
                 _check_format(path, record)
             found.append(_Line(place, record, covered))
-        reading.length += len(line)
+        reading.length += sizes[place]
+    if len(found) > 1 and found[-1][1:] == found[-2][1:]:
+        # The last line was repeated. It is no part of the journal, so a resumed run replaces it.
+        reading.length -= sizes[found.pop().place]
     chosen = _one_each(found, reading)
     _report_moved(chosen, reading)
     _put_in_order(chosen, wrong, reading)
@@ -163,9 +170,10 @@ def _one_each(found: list[_Line], reading: Reading) -> list[_Line]:
         n: max(each, key=trust) if len(each) > 1 else each[0] for n, each in of_number.items()
     }
     for line in found:
-        if chosen[line.record.number] is not line:
+        kept = chosen[line.record.number]
+        if kept is not line:
             reason = f"record {line.record.number} is also on line"
-            first = chosen[line.record.number].place + 1
+            first = kept.place + 1
             reading.damage.append(Damage(line=line.place + 1, reason=f"{reason} {first}: repeated"))
     return [line for line in found if chosen[line.record.number] is line]
 
@@ -210,6 +218,13 @@ def _put_in_order(chosen: list[_Line], wrong: list[int], reading: Reading) -> No
         expected, place, before = record.number + 1, line.place, record.hash
     if any(each > place for each in wrong):
         reading.mark()
+
+
+def _as_written(line: bytes, place: int) -> bytes:
+    """Remove what git, mail and editors add: CR before LF, and a byte order mark."""
+    if place == 0:
+        line = line.removeprefix(BOM_UTF8)
+    return line[:-2] + b"\n" if line.endswith(b"\r\n") else line
 
 
 def read_records(path: Path) -> tuple[list[Record], int]:

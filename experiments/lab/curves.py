@@ -15,6 +15,7 @@ from math import isfinite
 from pathlib import Path
 from typing import NamedTuple
 
+from slipscale.faults.folders import visible
 from slipscale.stimuli.quantity import Quantity
 
 TRUTH = {"true": 1.0, "false": 0.0}
@@ -64,7 +65,7 @@ class Curve:
 
 def curves(dataset: Path, quantity: Quantity, label: str = "*") -> list[Curve]:
     """Return the curves of all participants, or of one participant, sorted by file name."""
-    paths = sorted(dataset.glob(f"sub-{label}/**/beh/*_beh.tsv"))
+    paths = visible(dataset, f"sub-{label}/**/beh/*_beh.tsv")
     found = (_curve(path, quantity, path.stat().st_mtime_ns) for path in paths)
     return [each for each in found if each]
 

@@ -16,6 +16,7 @@ from slipscale.experiments.journal.reading import has_begun
 from slipscale.experiments.journal.record import Record
 from slipscale.experiments.study.run_plan import JOURNAL_NAME, Mode
 from slipscale.faults import UserError
+from slipscale.faults.folders import visible
 from slipscale.faults.message import Message
 
 if TYPE_CHECKING:
@@ -40,7 +41,7 @@ def run_state(path: Path) -> RunState:
 
 def participants(dataset: Path) -> list[str]:
     """Return the sorted labels of a data set's participants, including those who withdrew."""
-    folders = (dataset / "sourcedata").glob("sub-*")
+    folders = visible(dataset / "sourcedata", "sub-*")
     present = {folder.name.removeprefix("sub-") for folder in folders}
     return sorted(present.union(withdrawn(dataset)))
 

@@ -21,6 +21,7 @@ from slipscale.experiments.study.model import Study
 from slipscale.experiments.study.own_language import check_words, with_own_language
 from slipscale.experiments.study.tables import PlateSettings, StimulusTable, Texture
 from slipscale.faults import UserError
+from slipscale.faults.folders import visible
 from slipscale.faults.suggestions import did_you_mean
 from slipscale.faults.toml_file import parse_toml
 from slipscale.stimuli.file_names import FileNames
@@ -110,7 +111,7 @@ def study_text(name: str) -> str:
         return Path(name).read_text(encoding="utf-8-sig")  # Windows editors write a byte order mark
     except (OSError, UnicodeDecodeError) as error:
         reason = error.strerror if isinstance(error, OSError) else "it is not UTF-8 text"
-        files_here = [str(path) for path in Path().glob("*.toml")]
+        files_here = [str(path) for path in visible(Path(), "*.toml")]
         meant = did_you_mean(name, [*shipped_studies(), *files_here])
         raise UserError(
             "study '{name}': {reason}{meant}; expected a TOML file or one of the shipped "

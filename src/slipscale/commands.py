@@ -11,7 +11,16 @@ import os
 import sys
 
 from slipscale import __version__
-from slipscale.faults import DONE, INTERRUPTED, RIG_FAULT, USER_FAULT, RigError, UserError, harmless
+from slipscale.faults import (
+    ANSWER_IS_NO,
+    DONE,
+    INTERRUPTED,
+    RIG_FAULT,
+    USER_FAULT,
+    RigError,
+    UserError,
+    harmless,
+)
 
 TYPE_CHECKING = False  # importing typing takes milliseconds
 if TYPE_CHECKING:
@@ -146,6 +155,9 @@ def main(arguments: list[str] | None = None) -> int:
         return _answer(arguments)
     # With more BLAS threads, fits with small matrices need twice the processor time.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    from slipscale.faults.lasting_output import last
+
+    last()
     ended = _signals_end()
     try:
         status = _answer(sys.argv[1:])
@@ -185,14 +197,25 @@ def _signals_end() -> list[str]:
 
 def _answer(words: list[str]) -> int:
     """Run a command line, report errors, and return the exit status."""
-    try:
-        status = dispatch(words)
+    if wrong := next((word for word in words if not _readable(word)), None):
+        sentence = f"{wrong!a}: the name is not UTF-8; rename the file, then repeat the command"
+        return _failed(words[0], sentence, USER_FAULT)
+    status = dispatch(words)
+    if sys.stdout is not None:  # None: closed from the beginning
         sys.stdout.flush()
-    except BrokenPipeError:
-        # A reader of the output, such as head or a pager, has closed it.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return DONE
+    if lost := getattr(sys.stdout, "lost", ""):
+        return _failed(
+            words[0], f"the output could not be written ({lost})", status or ANSWER_IS_NO
+        )
     return status
+
+
+def _readable(word: str) -> bool:
+    try:
+        word.encode()
+    except UnicodeEncodeError:
+        return False
+    return True
 
 
 def dispatch(words: list[str]) -> int:

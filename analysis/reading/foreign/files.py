@@ -16,6 +16,7 @@ from slipscale.analysis.reading.labelled_tasks import header_of
 from slipscale.analysis.reading.programs.records import as_text
 from slipscale.analysis.reading.table_by_hand import read_table
 from slipscale.faults import UserError
+from slipscale.faults.folders import visible
 
 if TYPE_CHECKING:
     from slipscale.analysis.reading.mapping import TableMapping
@@ -109,7 +110,7 @@ def _of_task(folder: Path, task: str | None) -> list[Path]:
         If there are no tables, the task does not exist, or a task must be selected.
     """
     tasks: dict[str, list[Path]] = {}
-    for path in sorted(folder.glob("sub-*/**/*.tsv")):
+    for path in visible(folder, "sub-*/**/*.tsv"):
         if BIDS_TABLE.fullmatch(path.name):
             label = dict(BIDS_LABEL.findall(path.stem)).get("task", "")
             tasks.setdefault(label, []).append(path)

@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import io
+import re
 import zipfile
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from itertools import islice
 from pathlib import Path
+from typing import Any
 from xml.etree.ElementTree import ParseError
 
 import numpy as np
@@ -16,6 +19,10 @@ from slipscale.faults import UserError
 
 #: Maximum unpacked size of a workbook.
 LARGEST_WORKBOOK_MB = 300
+#: Maximum number of cells of a sheet, with blank rows counted as one cell.
+MOST_CELLS = 20_000_000
+#: A range of merged cells in the XML of a sheet.
+MERGED = re.compile(rb'<mergeCell [^>]*ref="([^"]+)"')
 
 
 def read_excel(content: bytes, path: Path, sheet: str | None) -> pd.DataFrame:
@@ -42,8 +49,8 @@ def read_excel(content: bytes, path: Path, sheet: str | None) -> pd.DataFrame:
             format=path.suffix,
         )
     try:
-        with zipfile.ZipFile(io.BytesIO(content)) as archive:
-            parts = archive.infolist()
+        archive = zipfile.ZipFile(io.BytesIO(content))
+        parts = archive.infolist()
         if sum(part.file_size for part in parts) > LARGEST_WORKBOOK_MB * 2**20:
             raise UserError(
                 "{path}: more than {largest_mb} MB when unpacked; expected a CSV file",
@@ -55,7 +62,7 @@ def read_excel(content: bytes, path: Path, sheet: str | None) -> pd.DataFrame:
                 "{path}: workbooks with macros are not supported; save the file as .xlsx or CSV",
                 path=path,
             )
-        book = openpyxl.load_workbook(io.BytesIO(content), data_only=True)
+        book = openpyxl.load_workbook(io.BytesIO(content), read_only=True, data_only=True)
     except (
         *(zipfile.BadZipFile, InvalidFileException, ParseError, KeyError, ValueError, TypeError),
         *(AttributeError, IndexError, OSError, NotImplementedError, EOFError),
@@ -63,7 +70,7 @@ def read_excel(content: bytes, path: Path, sheet: str | None) -> pd.DataFrame:
         raise UserError(
             "{path}: not a readable Excel workbook ({error})", path=path, error=error
         ) from None
-    filled = [found for found in book.worksheets if found.max_row > 1]
+    filled = [found for found in book.worksheets if len([*islice(_rows(found, path), 2)]) > 1]
     chosen = [found for found in filled if sheet is None or found.title == sheet]
     if len(chosen) != 1:
         sheets = ", ".join(f"'{found.title}'" for found in filled) or "none with rows"
@@ -75,25 +82,47 @@ def read_excel(content: bytes, path: Path, sheet: str | None) -> pd.DataFrame:
             expected=expected,
         )
     (table,) = chosen
-    if table.merged_cells.ranges:
-        where = min(map(str, table.merged_cells.ranges))
+    if merged := MERGED.search(archive.read(table._worksheet_path)):  # noqa: SLF001 - as openpyxl reads it
         raise UserError(
             "{path}: cells {where} are merged; expected a header line and one row per trial, "
             "with one value per cell",
             path=path,
-            where=where,
+            where=merged[1].decode(),
         )
-    rows = [
-        (number, row)
-        for number, row in enumerate(table.iter_rows(values_only=True), start=1)
-        if any(value is not None and str(value).strip() for value in row)
-    ]
+    rows = list(_rows(table, path))
     if not rows:
         raise UserError("{path}: the file is empty; expected a header line and rows", path=path)
-    names = ["" if name is None else str(name).strip() for name in rows[0][1]]
-    cells = [[as_cell(value) for value in row] for _, row in rows[1:]]
+    width = max(len(row) for _, row in rows)
+    names = ["" if name is None else str(name).strip() for name in _padded(rows[0][1], width)]
+    cells = [[as_cell(value) for value in _padded(row, width)] for _, row in rows[1:]]
     frame = pd.DataFrame(cells, columns=pd.Index(names), dtype=object)
     return _with_lines(frame, [number for number, _ in rows[1:]])
+
+
+def _rows(sheet: Any, path: Path) -> Iterator[tuple[int, tuple[object, ...]]]:
+    """Yield the number and the cells of each row with a value, up to the last cell with one.
+
+    The size that a workbook states is not believed: one blank cell in the last row of a sheet makes
+    it a million rows.
+    """
+    sheet.reset_dimensions()
+    seen = 0
+    for number, row in enumerate(sheet.iter_rows(values_only=True), start=1):
+        seen += 1 + len(row)
+        if seen > MOST_CELLS:
+            raise UserError(
+                "{path}, sheet '{sheet}': more than {most_cells:,} cells; expected a CSV file",
+                path=path,
+                sheet=sheet.title,
+                most_cells=MOST_CELLS,
+            )
+        filled = [at for at, value in enumerate(row) if value is not None and str(value).strip()]
+        if filled:
+            yield number, row[: filled[-1] + 1]
+
+
+def _padded(row: tuple[object, ...], width: int) -> tuple[object, ...]:
+    return row + (None,) * (width - len(row))
 
 
 def read_spss(content: bytes, path: Path, labelled: Sequence[str]) -> pd.DataFrame:

@@ -1,5 +1,7 @@
 """Data of other laboratories: any quantity, any names, long and wide, Excel, SPSS, BIDS."""
 
+import zipfile
+
 import numpy as np
 import openpyxl
 import pandas as pd
@@ -328,3 +330,32 @@ def test_a_weber_fraction_is_one_of_the_reference(table_by_hand):
     assert difference.weber.log_odds_per_unit == pytest.approx(
         2 * difference.psychometric.log_odds_per_unit, rel=1e-5
     )
+
+
+def test_a_blank_cell_in_the_last_corner_of_a_sheet_makes_no_million_rows(tmp_path):
+    def corner(book):
+        book.active["XFD1048576"].value = " "
+
+    (plain, used) = (
+        workbook(tmp_path, change, name)
+        for change, name in ((lambda _: None, "plain.xlsx"), (corner, "used.xlsx"))
+    )
+    whole, found = load(plain, mapping()).estimates, load(used, mapping()).estimates
+    assert found.drop(columns="file").equals(whole.drop(columns="file"))
+
+
+def test_a_range_merged_to_the_last_corner_is_refused_at_once(tmp_path):
+    path = workbook(tmp_path, lambda _: None)
+    with zipfile.ZipFile(path) as old, zipfile.ZipFile(tmp_path / "m.xlsx", "w") as new:
+        for part in old.namelist():
+            text = old.read(part)
+            merged = b'</sheetData><mergeCells><mergeCell ref="A2:XFD1048576"/></mergeCells>'
+            new.writestr(part, text.replace(b"</sheetData>", merged))
+    with pytest.raises(UserError, match="cells A2:XFD1048576 are merged"):
+        load(tmp_path / "m.xlsx", mapping())
+
+
+def test_a_sheet_of_too_many_cells_is_one_sentence(tmp_path, monkeypatch):
+    monkeypatch.setattr("slipscale.analysis.reading.programs.spreadsheets.MOST_CELLS", 5)
+    with pytest.raises(UserError, match=r"sheet '.*': more than 5 cells; expected a CSV file"):
+        load(workbook(tmp_path, lambda _: None), mapping())

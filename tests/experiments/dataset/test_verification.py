@@ -8,7 +8,7 @@ import pandas as pd
 import pytest
 
 from slipscale.experiments.dataset.bids import build_dataset
-from slipscale.experiments.dataset.journals import read_runs
+from slipscale.experiments.dataset.journals import journals, read_runs
 from slipscale.experiments.dataset.rendering import render
 from slipscale.experiments.dataset.tsv import cell
 from slipscale.experiments.dataset.verification import verify
@@ -358,3 +358,26 @@ def test_the_row_of_a_surface_that_was_presented_again_describes_what_was_rated(
         cell(answer["onset_s"], "s"),
     )
     assert row[f"{prefix}exploration_time"] != "n/a"
+
+
+@pytest.mark.parametrize("more", [b"", b"{}\n"])
+def test_a_copy_beside_a_journal_is_named_with_what_it_holds(tmp_path, record_runs, more):
+    folder = record_runs(tmp_path / "data", "01")
+    build_dataset(folder)
+    (journal,) = journals(folder)
+    own = journal.read_bytes().count(b"\n")
+    copy = journal.with_name(f"{journal.stem} (conflicted copy).jsonl")
+    copy.write_bytes(journal.read_bytes() + more)
+    (folder / "sub-01 (1)").mkdir()
+    told = [str(each) for each in verify(folder)]
+    assert len(told) == 2
+    assert told[0].startswith("sub-01 (1): is not used; it seems to be a copy")
+    assert f"({own + len(more) // 3} records here, {own} in the original)" in told[1]
+
+
+@pytest.mark.parametrize("name", ["._sub-01_run-01_journal.jsonl", ".DS_Store"])
+def test_hidden_files_of_macos_are_no_journals(tmp_path, record_runs, name):
+    folder = record_runs(tmp_path / "data", "01")
+    (folder / "sourcedata/sub-01" / name).write_bytes(b"\0\5\26\7\0\2")
+    build_dataset(folder)
+    assert verify(folder) == []

@@ -236,3 +236,31 @@ def test_files_are_their_owners_unless_the_study_says_otherwise(tmp_path, privat
         if path.is_file()
     }
     assert modes == {0o600 if private else 0o644}
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "sub-01 (1)/beh/sub-01_task-x_run-01_beh.tsv",
+        "sub-01 - Copy.tsv",
+        "sourcedata/sub-02/sub-01_run-01_journal (conflicted copy).jsonl",
+        "participants (1).tsv",
+        "participants (conflicted copy 2026-11-28).tsv",
+    ],
+)
+def test_copies_that_other_programs_made_are_withdrawn_too(dataset, name):
+    (dataset / name).parent.mkdir(parents=True, exist_ok=True)
+    (dataset / name).write_text("participant_id\tage\nsub-01\t23\nsub-02\t24\nsub-010\t25\n")
+    withdraw(dataset, "01")
+    assert [each for each in named(dataset, "sub-01") if "sub-010" not in each] == [
+        each for each in [name] if name.startswith("participants")
+    ]
+    if name.startswith("participants"):
+        assert (dataset / name).read_text() == "participant_id\tage\nsub-02\t24\nsub-010\t25\n"
+
+
+def test_others_with_a_longer_label_stay(dataset):
+    (dataset / "sub-010").mkdir()
+    (dataset / "sub-010" / "notes.txt").write_text("kept")
+    withdraw(dataset, "01")
+    assert (dataset / "sub-010" / "notes.txt").read_text() == "kept"

@@ -96,6 +96,28 @@ def test_reopening_cuts_the_torn_line_and_goes_on(tmp_path):
     assert path.read_bytes().startswith(whole)
 
 
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda text: text.replace(b"\n", b"\r\n"),
+        lambda text: b"\xef\xbb\xbf" + text,
+        lambda text: text + text.splitlines(keepends=True)[-1],
+        lambda text: b"\xef\xbb\xbf" + text.replace(b"\n", b"\r\n"),
+    ],
+    ids=["CRLF", "byte order mark", "repeated last line", "both ends"],
+)
+def test_what_git_mail_and_editors_add_is_no_damage(tmp_path, change):
+    path = written(tmp_path / "a.jsonl", "header", "begin", "done")
+    whole = read_records(path)[0]
+    path.write_bytes(change(path.read_bytes()))
+    assert read_records(path)[0] == whole
+    with Journal.reopen(path, VirtualClock(7.0)) as journal:
+        journal.write("resume")
+    assert [record.kind for record in read_records(path)[0]] == [
+        *("header", "begin", "done", "resume")
+    ]
+
+
 def test_damage_in_the_middle_is_refused_with_its_line(tmp_path):
     path = written(tmp_path / "a.jsonl", "header", "begin", "done")
     path.write_bytes(path.read_bytes().replace(b'"begin"', b'"bogus"'))

@@ -13,6 +13,7 @@ from slipscale.experiments.lab.console.actions.forms import Form, Nothing, unuse
 from slipscale.experiments.lab.console.jobs import HELD, Job
 from slipscale.experiments.lab.folder import read_lab, write_settings
 from slipscale.faults import UserError
+from slipscale.faults.folders import visible
 from slipscale.faults.message import Message
 from slipscale.hardware.cli.calibrate import BACK, without_calibration
 
@@ -72,7 +73,7 @@ def _calibrate(desk: Desk, request: Calibrate) -> str:
     if request.table == TYPED:
         words.append("--prompt")
     elif request.table:
-        if request.table not in (path.name for path in Path().glob("*.csv")):
+        if request.table not in (path.name for path in visible(Path(), "*.csv")):
             raise UserError(
                 "{table}: expected a CSV file in the laboratory folder", table=request.table
             )

@@ -20,6 +20,7 @@ from slipscale.experiments.lab.console.jobs import HELD, Job
 from slipscale.experiments.lab.console.pages.view import View, failure
 from slipscale.experiments.lab.console.plots import WIDE
 from slipscale.faults import RigError, UserError, harmless
+from slipscale.faults.folders import visible
 from slipscale.faults.message import Message, from_data
 from slipscale.hardware.calibration.result import result_of
 from slipscale.hardware.calibration.sweep import SweepPlan
@@ -62,7 +63,7 @@ def bench(view: View) -> dict[str, object]:
         "plate": _plate(found.defaults.plate),
         "quantity": found.study.quantity if found.study else None,
         "levels": found.study.levels if found.study else (),
-        "tables": sorted(path.name for path in Path().glob("*.csv")),
+        "tables": [path.name for path in visible(Path(), "*.csv")],
         "measured": measured,
         "typed": TYPED,
         "back": BACK,

@@ -28,6 +28,7 @@ from slipscale.experiments.lab.console.state import (
 )
 from slipscale.experiments.lab.curves import Curve, curves
 from slipscale.experiments.lab.roster import Visit
+from slipscale.faults.folders import visible
 
 MOST_BARS = 24
 
@@ -177,7 +178,7 @@ def parts_done(found: Snapshot, jobs: Jobs) -> int:
     try:
         newest = pilots(found.defaults)[0]
         begun = newest.stat().st_mtime >= job.began_s - 1
-        return sum(1 for _ in (newest / "sourcedata").glob("sub-*")) if begun else 0
+        return sum(1 for _ in visible(newest / "sourcedata", "sub-*")) if begun else 0
     except (IndexError, OSError):
         return 0  # the folder of the new pilot does not exist yet
 

@@ -15,6 +15,7 @@ from slipscale.experiments.lab.folder import FILE, LabFile, lab_text, read_lab
 from slipscale.experiments.languages.texts import languages
 from slipscale.experiments.study.file import shipped_studies
 from slipscale.faults import UserError
+from slipscale.faults.folders import visible
 from slipscale.hardware.cli.ports import listing
 
 
@@ -52,7 +53,7 @@ def settings(view: View) -> dict[str, object]:
 def _field(key: str, value: object) -> Field:
     kinds: dict[type, str] = {bool: "checkbox", int: "number"}
     offered: dict[str, Callable[[], list[str]]] = {
-        "study": lambda: [*sorted(path.name for path in Path().glob("*.toml")), *shipped_studies()],
+        "study": lambda: [*(path.name for path in visible(Path(), "*.toml")), *shipped_studies()],
         "plate": lambda: ["mock", *(port["spec"] for port in listing((), comports)["ports"])],
         "language": languages,
     }
