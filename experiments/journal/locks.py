@@ -21,7 +21,8 @@ import portalocker
 from slipscale.faults import UserError
 
 # A session on another computer updates its lock file whenever it writes a record. If the lock file
-# is older than this, the session has ended, because no participant thinks for this long.
+# is older than this, the session has ended, because no participant thinks for this long. A lock
+# file from the future says as little: clocks of two computers do not differ by this much.
 STALE_S = 900.0
 # Taking a lock takes milliseconds, so an older temporary lock file was left behind by a crash.
 CLAIM_S = 10.0
@@ -181,7 +182,7 @@ def _believed(journal: Path, *, system_locks: bool, now_s: float) -> Holder | No
     if holder is None:
         return None
     if holder.host != socket.gethostname():
-        return holder if age_s < STALE_S else None
+        return holder if abs(age_s) < STALE_S else None
     # For processes on this computer, the system lock (if supported) is more reliable than the file.
     mine = holder.process == os.getpid()
     return None if system_locks or mine or not _runs(holder.process) else holder

@@ -64,10 +64,11 @@ def test_where_there_are_locks_they_know_better_than_a_file_of_this_computer(pat
     assert not locks.is_being_written(path)
 
 
-def test_another_computer_is_believed_as_long_as_it_writes(path):
+@pytest.mark.parametrize("sign", [-1, 1], ids=["past", "future"])
+def test_another_computer_is_believed_as_long_as_it_writes(path, sign):
     claim(path, "elsewhere", 1)
     assert locks.is_being_written(path)
-    stale = locks.lock_file(path).stat().st_mtime - locks.STALE_S - 1
+    stale = locks.lock_file(path).stat().st_mtime + sign * (locks.STALE_S + 60)
     os.utime(locks.lock_file(path), (stale, stale))
     assert not locks.is_being_written(path)
 
