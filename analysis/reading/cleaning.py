@@ -166,6 +166,8 @@ def numbers(
     if column in NEEDED:
         _refuse_many(frame, column, text, sources, problems)
     outside = values.notna() & ~((values >= minimum) & (values <= LARGEST))
+    if column in NEEDED and int((values < minimum).sum()) > FEW:
+        raise _below(frame, column, sources, problems, values=values, minimum=minimum)
     for bad, expected in (
         (text, "a number"),
         (outside, f"a number of {minimum:g} or more (at most {LARGEST:g})"),
@@ -220,6 +222,32 @@ def _refuse_many(
         value=cell(first[column].iloc[0]),
         others=len(cells) - 1,
         rows=len(frame),
+    )
+
+
+def _below(
+    frame: pd.DataFrame,
+    column: str,
+    sources: Sequence[Source],
+    problems: Problems,
+    *,
+    values: pd.Series[float],
+    minimum: float,
+) -> UserError:
+    """Return the error for a column with many numbers below the minimum.
+
+    If they were left out, the means would be those of the other answers.
+    """
+    below = values < minimum
+    return UserError(
+        "{place}, column {column}: {count} of the {cells} numbers are below {minimum:g}, but "
+        "estimates and levels are {minimum:g} or more; for answers on a scale with two sides, "
+        "state numbers from the lower end of the scale (add the same number to every answer)",
+        place=places(frame[below].head(1), sources)[0],
+        column=problems.title(column),
+        count=int(below.sum()),
+        cells=int(values.notna().sum()),
+        minimum=minimum,
     )
 
 

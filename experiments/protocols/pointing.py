@@ -30,7 +30,7 @@ from slipscale.experiments.protocol_parts.base import (
     Switch,
 )
 from slipscale.experiments.protocol_parts.building_blocks.repeating import Repeating, part_over
-from slipscale.experiments.steps.columns import Column, Given, TrialRecord
+from slipscale.experiments.steps.columns import Column, TrialRecord
 from slipscale.experiments.steps.questions.pointing import PointingQuestion, Selection
 from slipscale.experiments.steps.replies import Answer, Reply, Voided
 from slipscale.experiments.steps.simulated_person import SimulatedPerson
@@ -312,16 +312,6 @@ def _answer(step: Ask, person: SimulatedPerson) -> str:
     feedback = WITH_FEEDBACK if step.trial.factors["feedback"] == ON_TARGET else 1.0
     question = step.of_kind(PointingQuestion)
     return question.moved(person.stream("movement"), person.pace * feedback).value
-
-
-def _selected(name: str, description: str, units: str) -> Column:
-    value = Given(_selected_value, (name,))
-    return Column(value=value, kind="number", description=description, units=units)
-
-
-def _selected_value(record: TrialRecord, name: str) -> float | None:
-    found = Selection.of(record.answer("selection"))
-    return None if found is None else float(getattr(found, name))
 
 
 def _needs_position(options: Pointing) -> bool:

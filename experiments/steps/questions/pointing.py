@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import ClassVar, NamedTuple
 
 from slipscale.experiments.languages.texts import Texts
-from slipscale.experiments.steps.columns import Column, TrialRecord
+from slipscale.experiments.steps.columns import Column, Given, TrialRecord
 from slipscale.experiments.steps.questions.base import Question
 from slipscale.experiments.steps.replies import Reply
 from slipscale.experiments.steps.screens import scene
@@ -103,11 +103,7 @@ class PointingQuestion(Question):
         """Return the columns of the selected position and the duration of the movement."""
 
         def selected(part: str, description: str, units: str) -> Column:
-            def value(record: TrialRecord) -> float | None:
-                found = Selection.of(record.answer(name))
-                return None if found is None else float(getattr(found, part))
-
-            return Column(value=value, description=description, units=units)
+            return Column(value=Given(_part, (name, part)), description=description, units=units)
 
         time = selected("time_s", "Time between selecting the start and the next selection", "s")
         places = {
@@ -130,6 +126,11 @@ class PointingQuestion(Question):
             each + self.width_mm / WIDTH_IN_SD * draws.normal() for each in self.target_mm
         )
         return Selection(x_mm, y_mm, time_s)
+
+
+def _part(record: TrialRecord, name: str, part: str) -> float | None:
+    found = Selection.of(record.answer(name))
+    return None if found is None else float(getattr(found, part))
 
 
 class Pointing(Screen):

@@ -359,3 +359,18 @@ def test_a_sheet_of_too_many_cells_is_one_sentence(tmp_path, monkeypatch):
     monkeypatch.setattr("slipscale.analysis.reading.programs.spreadsheets.MOST_CELLS", 5)
     with pytest.raises(UserError, match=r"sheet '.*': more than 5 cells; expected a CSV file"):
         load(workbook(tmp_path, lambda _: None), mapping())
+
+
+@pytest.mark.parametrize("negative,refused", [(3, False), (4, True), (12, True)])
+def test_answers_below_zero_are_not_left_out_as_if_they_were_typing_errors(
+    tmp_path, negative, refused
+):
+    """On a scale from -50 to 50, the means of the positive answers were printed."""
+    table = pd.DataFrame(rows())
+    table.loc[table.index[:negative], "loudness"] *= -1
+    path = written(tmp_path, "csv", table)
+    if not refused:
+        assert len(load(path, mapping()).estimates) == len(table) - negative
+        return
+    with pytest.raises(UserError, match=rf": {negative} of the \d+ numbers are below 0"):
+        load(path, mapping())
