@@ -29,7 +29,6 @@ from slipscale.analysis.reading.labelled_tasks import Entries, TaskTrials
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.statistics.statistic import Inputs, SessionTable, Statistic
 from slipscale.analysis.tasks.kind import Analysis, TaskAnalysis
-from slipscale.analysis.tasks.table import KINDS
 from slipscale.analysis.writing import html
 from slipscale.experiments.dataset.schema import PARTICIPANT
 from slipscale.faults import UserError
@@ -37,11 +36,6 @@ from slipscale.faults.message import Message
 from slipscale.faults.plug_ins import ANALYSES, called, installed, package_of
 
 T = TypeVar("T")
-
-
-def every_kind() -> tuple[TaskAnalysis, ...]:
-    """Return Slipscale's kinds of task, followed by those from installed packages."""
-    return (*KINDS, *installed_kinds([]))
 
 
 def installed_kinds(faults: list[str]) -> tuple[TaskAnalysis, ...]:

@@ -63,6 +63,10 @@ def weber_fraction(fitted: PsychometricFunction, standard_level: float) -> Estim
     return over(_half_width(fitted.slope, CURVES[fitted.curve], middle), standard_level)
 
 
+#: Two levels do not determine a threshold, a slope and a lapse rate.
+FEWEST_LEVELS = 3
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LevelOfFactor:
     """The threshold in one group, session or condition."""
@@ -184,10 +188,10 @@ def population_threshold(
     people = sorted(main["who"].unique())
     if len(people) < FEWEST:
         return NotComputed(few("participants", len(people)))
-    if main["track_level"].nunique() < 2 or main["correct"].nunique() < 2:  # noqa: PLR2004
-        return NotComputed(
-            "there is only one level, or all answers are the same, so no curve can be fitted"
-        )
+    if (presented := main["track_level"].nunique()) < FEWEST_LEVELS:
+        return NotComputed(few("levels", presented, FEWEST_LEVELS))
+    if len(main["correct"].unique()) < 2:  # noqa: PLR2004 - right and wrong
+        return NotComputed("all answers are the same, so no curve can be fitted")
     right = _right(rows[rows["catch"]], method)
     counted = _counted(main, model)
     fit = HierarchicalFit(model, _trials(counted, np.ones((len(counted), 1)), right))

@@ -340,3 +340,18 @@ def test_every_mixture_of_people_is_that_of_plain_integration_on_a_fine_grid(nam
         expected.append(float((share * b).sum() / share.sum()) * fit.sd)
     assert fit.best.log_likelihood == pytest.approx(total, abs=0.15)
     assert fit.deviations() == pytest.approx(expected, abs=0.02)
+
+
+def test_two_levels_have_no_population_curve():
+    """Answers at 1 and 7 only had a point of equality of 5.32 [4.65, 6.47]."""
+    rows = [
+        (f"p{who}", "", False, 4.0, level, place < right)
+        for who in range(6)
+        for level, right in ((1.0, 1), (7.0, 11))
+        for place in range(12)
+    ]
+    columns = ["participant_id", "session", "catch", "standard_level", "track_level", "correct"]
+    found = population_threshold(
+        pd.DataFrame(rows, columns=columns), CHOICES, method="comparison", curve="normal"
+    )
+    assert found == NotComputed("too few levels (2; at least 3 are needed)")
