@@ -252,7 +252,7 @@ def _top(
         "BIDSVersion": BIDS_VERSION,
         "DatasetType": "raw",
         "License": study.license,
-        "Authors": list(study.authors) or ["not named in the study file"],
+        "Authors": _authors(study, simulated=simulated),
         "GeneratedBy": [{"Name": "Slipscale", "Version": software()["slipscale"]}],
     }
     yield PurePosixPath("dataset_description.json"), description
@@ -269,6 +269,13 @@ def _top(
         name = "study.toml" if plan is first else f"study_{study_hash(plan.study_text)[:8]}.toml"
         yield PurePosixPath("code", name), plan.study_text
     yield README, _readme(first, simulated=simulated)
+
+
+def _authors(study: Study, *, simulated: bool) -> list[str]:
+    """Return the authors of the data; nobody collected simulated data."""
+    if simulated:
+        return ["simulated by Slipscale"]
+    return list(study.authors) or ["not named in the study file"]
 
 
 def _consent(column: Column, plan: RunPlan) -> Column:
