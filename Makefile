@@ -57,8 +57,10 @@ coverage: set-test
 docs: set-test
 	@NO_MKDOCS_2_WARNING=1 $(BIN)/python -m mkdocs build --quiet --strict $(ARGS)
 
-# The pictures of the tutorial pages, made anew; needs a display.
+# The README's picture of a pilot, and the pictures of the tutorial pages; needs a display.
 pictures: set-test
+	rm -rf build/pilot && $(BIN)/slipscale pilot --out build/pilot
+	cp build/pilot/derivatives/slipscale/fig15.svg docs/images/
 	$(BIN)/python tools/tutorial_pictures.py $(ARGS)
 
 # Kills and disk faults; docs/validation/index.md. 10,000 cases: make torture ARGS="--places 45 --write"

@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import get_args
 
 import pandas as pd
 
@@ -36,6 +37,7 @@ from slipscale.analysis.reading.labelled_tasks import (
     with_people,
 )
 from slipscale.analysis.reading.mapping import NAME, TableMapping, beside
+from slipscale.analysis.reading.own_results import refuse_results
 from slipscale.analysis.reading.suspicions import notes_on_answers
 from slipscale.analysis.reading.table_by_hand import read_table
 from slipscale.analysis.reading.trial_tables import BLOCK, ESTIMATION, IDENTITY, factor_columns
@@ -46,11 +48,14 @@ from slipscale.analysis.tasks.thresholds.reading import TRIALS as CHOICES
 from slipscale.experiments.dataset.journals import journals
 from slipscale.experiments.dataset.schema import PARTICIPANT, TABLE_NAME
 from slipscale.experiments.dataset.verification import verify
-from slipscale.experiments.study.analysis_choices import AnalysisChoices
+from slipscale.experiments.study.analysis_choices import AnalysisChoices, Normalisation
 from slipscale.faults import UserError
 from slipscale.faults.folders import visible
 from slipscale.faults.message import Message
 from slipscale.stimuli.quantity import AMPLITUDE_DECIMALS, PLATE_AMPLITUDE, Quantity
+
+#: Column in which ``estimates.csv`` states the rule, and choice of the analysis.
+RULE = "normalisation"
 
 
 def load(
@@ -86,6 +91,7 @@ def load(
             name=type(path).__name__,
         ) from None
     if where.exists():
+        refuse_results(where)
         mapping = mapping or beside(where)
     if task is not None and where.is_file():
         raise UserError(
@@ -250,7 +256,7 @@ def _load_table(path: Path, mapping: TableMapping) -> Dataset:
     cells = mapping.table
     ours = {PLATE_AMPLITUDE.named(name): name for name in ESTIMATION.required}
     figures = (*ours, *ESTIMATION_NUMBERS)
-    words = (*IDENTITY, *ESTIMATION.words, BLOCK)
+    words = (*IDENTITY, *ESTIMATION.words, BLOCK, RULE)
     frame, source = read_table(
         path,
         required=(PARTICIPANT, *ours, *cells.only),
@@ -274,7 +280,25 @@ def _load_table(path: Path, mapping: TableMapping) -> Dataset:
     data = _by_hand(path, table, problems, PLATE_AMPLITUDE)
     people = sorted(data.answers[PARTICIPANT].astype(str).unique())
     data = replace(data, participants=pd.DataFrame({PARTICIPANT: people}))
-    return _with_choices(data, mapping.analysis)
+    return _with_choices(data, mapping.analysis, _one_rule(frame, path))
+
+
+def _one_rule(frame: pd.DataFrame, path: Path) -> dict[str, str]:
+    """Return the normalisation rule that a copy of ``estimates.csv`` states, if it does."""
+    rules = frame[RULE].dropna().unique().tolist() if RULE in frame else []
+    if not rules:
+        return {}
+    known = get_args(Normalisation)
+    if len(rules) > 1 or rules[0] not in known:
+        raise UserError(
+            "{name}: the column {column} contains {rules}; expected the same rule in every row: "
+            "one of {known}",
+            name=path.name,
+            column=RULE,
+            rules=", ".join(map(str, rules)),
+            known=", ".join(known),
+        )
+    return {RULE: str(rules[0])}
 
 
 def _load_foreign(path: Path, mapping: TableMapping, task: str | None) -> Dataset:
@@ -291,8 +315,13 @@ def _load_foreign(path: Path, mapping: TableMapping, task: str | None) -> Datase
     )
 
 
-def _with_choices(data: Dataset, choices: AnalysisChoices) -> Dataset:
-    return replace(data, choices=choices, frozen=tuple(sorted(choices.model_fields_set)))
+def _with_choices(
+    data: Dataset, choices: AnalysisChoices, stated: Mapping[str, str] | None = None
+) -> Dataset:
+    """Set the choices of ``analysis.toml``, which precede those that the table states."""
+    frozen = choices.model_fields_set
+    left = {name: value for name, value in (stated or {}).items() if name not in frozen}
+    return replace(data, choices=choices.model_copy(update=left), frozen=tuple(sorted(frozen)))
 
 
 def _by_hand(path: Path, table: ForeignTable, problems: Problems, quantity: Quantity) -> Dataset:

@@ -44,6 +44,11 @@ class Rule:
     needs: str = "a positive estimate from each participant"
     unit: str = "% of the scale"
 
+    @property
+    def end(self) -> float | None:
+        """End of the scale of normalised estimates; None if the scale remains open."""
+        return None if self.top == 1 else self.top
+
 
 def cell_means(trials: pd.DataFrame, column: str | list[str] = "estimate") -> pd.DataFrame:
     """Return each participant's arithmetic mean at each amplitude.

@@ -64,16 +64,14 @@ def _table3() -> tuple[TableRow, ...]:
 #: Columns of Table III, from the plate at rest to the largest amplitude.
 TABLE3: tuple[TableRow, ...] = _table3()
 
+#: Estimates were "multiplied in order to bring them to 100" (Section IV-B).
+TOP = 100.0
+
 STATISTICS: tuple[str, ...] = ("mean", "maximum_deviation", "standard_deviation")
 
 
 #: The same columns, keyed by amplitude in µm peak to peak.
 BY_AMPLITUDE: dict[float, TableRow] = {float(row.amplitude_um_pp): row for row in TABLE3}
-
-
-def published_means() -> dict[float, float]:
-    """Return the means in Table III, keyed by amplitude in µm peak to peak."""
-    return {amplitude: float(row.mean) for amplitude, row in BY_AMPLITUDE.items()}
 
 
 def covers(amplitudes_um_pp: Iterable[object], quantity: Quantity) -> bool:

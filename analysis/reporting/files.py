@@ -58,14 +58,16 @@ def write_analysis(
     make_folder(out)
     tell("writing tables")
     try:
-        for name, table in tables(analysis).items():
+        found = tables(analysis)
+        for name, table in found.items():
             write_csv(table, out / f"{name}.csv")
         for name, text in latex_tables(analysis).items():
             _write(out / f"{name}.tex", text)
         versions = software(analysis)
         for name, value in {
             "inference": analysis.inference.results,
-            "results": results(analysis, versions),
+            "results": results(analysis, versions)
+            | {"tables": [f"{name}.csv" for name in sorted(found)]},
             "dataset_description": derivative_description(analysis),
         }.items():
             _write(out / f"{name}.json", json_form.text(value, analysis.dataset.quantity.named))
@@ -107,7 +109,7 @@ def software(analysis: Analysis) -> dict[str, str]:
     return {"python": platform.python_version()} | ours | outside
 
 
-def results(analysis: Analysis, software: Mapping[str, str]) -> Mapping[str, object]:
+def results(analysis: Analysis, software: Mapping[str, str]) -> dict[str, object]:
     """Return the content of results.json: all results in machine-readable form.
 
     Parameters

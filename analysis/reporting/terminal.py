@@ -40,8 +40,8 @@ def table3_table(analysis: Analysis) -> Table:
     for amplitude, n, *values in analysis.table3.itertuples(index=False):
         cells = [f"{amplitude:g}", str(n)]
         for name, value in zip(biet2007.STATISTICS, values, strict=True):
-            # With one participant, there is no standard deviation.
-            here = f"{value:.2f}" if math.isfinite(value) else "–"
+            # With one participant, there are no deviations.
+            here = f"{value:.2f}" if math.isfinite(value) else "n/a"
             paper = [getattr(biet2007.BY_AMPLITUDE[amplitude], name)] if beside else []
             cells += [here, *paper]
         table.add_row(*cells)

@@ -32,8 +32,8 @@ def means_and_spreads(cells: pd.DataFrame, standard_deviation: str = "sample") -
     -------
     DataFrame
         Columns ``level n mean maximum_deviation standard_deviation``. The maximum
-        deviation is max |value - mean| across participants. With one participant, the standard
-        deviation is NaN (sample) or 0 (population).
+        deviation is max |value - mean| across participants. With one participant, the maximum
+        deviation is NaN, and the standard deviation is NaN (sample) or 0 (population).
     """
     found = over_participants(cells, standard_deviation)
     found.insert(0, "level", cells.columns.to_numpy(float))
@@ -45,12 +45,13 @@ def over_participants(cells: pd.DataFrame, standard_deviation: str = "sample") -
     values = cells.to_numpy(float)
     count = np.sum(~np.isnan(values), axis=0)
     mean = cells.mean().to_numpy(float)
-    deviation = np.abs(values - mean)
+    deviation = np.nan_to_num(np.abs(values - mean))
     return pd.DataFrame(
         {
             "n": count,
             "mean": mean,
-            "maximum_deviation": np.nanmax(deviation, axis=0) if len(values) else mean,
+            # A single value is its own mean, so its deviation says nothing.
+            "maximum_deviation": np.where(count > 1, deviation.max(axis=0, initial=0.0), np.nan),
             "standard_deviation": cells.std(ddof=SD_CONVENTIONS[standard_deviation]).to_numpy(),
         }
     )

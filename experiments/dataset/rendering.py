@@ -254,7 +254,7 @@ def _top(
         "BIDSVersion": BIDS_VERSION,
         "DatasetType": "raw",
         "License": study.license,
-        "Authors": list(study.authors) or ["not named in the study file"],
+        "Authors": _authors(study, simulated=simulated),
         "GeneratedBy": [{"Name": "Slipscale", "Version": software()["slipscale"]}],
     }
     yield PurePosixPath("dataset_description.json"), description
@@ -273,6 +273,13 @@ def _top(
     yield README, _readme(first, simulated=simulated)
     # Checksums cover the bytes, so git must not convert line ends.
     yield PurePosixPath(".gitattributes"), "".join(f"*.{end} -text\n" for end in KEPT_BY_GIT)
+
+
+def _authors(study: Study, *, simulated: bool) -> list[str]:
+    """Return the authors of the data; nobody collected simulated data."""
+    if simulated:
+        return ["simulated by Slipscale"]
+    return list(study.authors) or ["not named in the study file"]
 
 
 def _consent(column: Column, plan: RunPlan) -> Column:

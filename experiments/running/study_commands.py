@@ -59,7 +59,8 @@ def new(path: Path, template: str, title: str, authors: tuple[str, ...] = ()) ->
     began = f"# Based on the study '{template}':\n"
     write_file(path, f"#:schema {SCHEMA_FILE}\n{began}{tomlkit.dumps(document)}")
     write_file(path.with_name(SCHEMA_FILE), schema())
-    return f"wrote {path}: edit it, then run slipscale study validate {shlex.quote(str(path))}"
+    edit = "edit it" if authors else "enter its authors and edit it"
+    return f"wrote {path}: {edit}, then run slipscale study validate {shlex.quote(str(path))}"
 
 
 def _label(stem: str) -> str:

@@ -41,6 +41,11 @@ def follow(words, folder):
     return said
 
 
+def values(figure):
+    """Return the values that a figure shows under the pointer."""
+    return re.findall(r"<title>.*?</title>", figure.read_text(encoding="utf-8"))
+
+
 def test_the_page_followed_literally_leads_to_a_report(display, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     makefile = (ROOT / "Makefile").read_text(encoding="utf-8")
@@ -58,5 +63,9 @@ def test_the_page_followed_literally_leads_to_a_report(display, tmp_path, monkey
             assert {tuple(line.split()) for line in text.splitlines()} <= printed
     reports = "pilots/001", "pilots/mine", "my-data"
     assert all((tmp_path / each / "derivatives/slipscale/report.html").exists() for each in reports)
+    # README's picture is what its first command writes; to write it again: make pictures
+    pilot = tmp_path / "pilots/001/derivatives/slipscale/fig15.svg"
+    assert values(pilot) == values(ROOT / "docs/images/fig15.svg")
+    assert "<title>1.2 µm: arithmetic mean 56.17</title>" in values(pilot)
     answered = pd.read_csv(tmp_path / "my-data/derivatives/slipscale/estimates.csv")
     assert list(answered["estimate"]) == [12.5] * 3

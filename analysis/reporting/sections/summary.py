@@ -83,33 +83,24 @@ def _doubts(analysis: Analysis) -> list[str]:
 
 
 def _figure(analysis: Analysis, svg: str) -> Markup:
-    quantity = analysis.dataset.quantity
-    geometric = analysis.prepared is not None and analysis.prepared.geometric
-    kind, column = ("geometric mean", "geometric_mean") if geometric else ("mean", "mean")
-    means = analysis.description[["level", column]].itertuples(index=False)
-    return html.figure(
-        svg,
-        f"{capitalised(quantity.perceived)} against {quantity.in_full}. "
-        f"{_lines(analysis) if geometric else 'Arithmetic means.'} "
-        f"Normalisation: {analysis.rule}.",
-        f"Line chart of {kind} {quantity.judged}, with these values: "
-        + ", ".join(f"{grouped(mean, 1)} at {quantity.value(level)}" for level, mean in means),
-    )
-
-
-def _lines(analysis: Analysis) -> str:
-    people = len(analysis.cells)
-    if people == 1:
-        return "Geometric means for a single participant, so no spread or intervals are shown."
-    level = 100 * analysis.dataset.choices.confidence
-    intervals = (
-        f" Error bars: {level:g} % within-participant confidence intervals (Cousineau–Morey "
-        "method, on logarithms)."
-        if analysis.description["within_low"].notna().any()
+    quantity, people = analysis.dataset.quantity, len(analysis.cells)
+    means = analysis.description[["level", "mean"]].itertuples(index=False)
+    bars = (
+        f" Error bars: t-based {100 * analysis.dataset.choices.confidence:g} % confidence intervals"
+        " across participants."
+        if analysis.description["mean_low"].notna().any()
         else ""
     )
     each = "individual participants" if people <= LINES_AT_MOST else "range of participants"
-    return (
-        f"Geometric means of {people} participants.{intervals} Thin lines: {each}, scaled to the "
-        "same geometric mean."
+    who = (
+        "Estimates of a single participant, so no spread or intervals are shown."
+        if people == 1
+        else f"Arithmetic means of {people} participants.{bars} Thin lines: {each}."
+    )
+    return html.figure(
+        svg,
+        f"{capitalised(quantity.perceived)} against {quantity.in_full}. {who} "
+        f"Normalisation: {analysis.rule}.",
+        f"Line chart of mean {quantity.judged}, with these values: "
+        + ", ".join(f"{grouped(mean, 1)} at {quantity.value(level)}" for level, mean in means),
     )

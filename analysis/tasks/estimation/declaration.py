@@ -9,7 +9,6 @@ from matplotlib.figure import Figure
 
 from slipscale.analysis.preprocessing import normalisation
 from slipscale.analysis.preprocessing.log_transform import Prepared
-from slipscale.analysis.published import biet2007
 from slipscale.analysis.reading.dataset import Dataset
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.statistics.power_law import exponents
@@ -130,22 +129,27 @@ class _Estimation(TaskAnalysis):
         if prepared is None:
             return {}
         quantity, level = analysis.dataset.quantity, analysis.dataset.choices.confidence
-        unit = normalisation.RULES[analysis.rule].unit.format(q=quantity)
-        drawn = {}
+        rule = normalisation.RULES[analysis.rule]
+        unit, groups = rule.unit.format(q=quantity), _groups(analysis, prepared)
+        drawn = {
+            "fig15": figures.fig15(
+                analysis.cells,
+                unit=unit,
+                top=rule.end,
+                confidence=level,
+                quantity=quantity,
+                groups=groups,
+            )
+        }
         if prepared.geometric:
-            drawn = {
-                "fig15": figures.fig15(
-                    prepared.logs,
-                    without_log=prepared.without_log,
-                    unit=unit,
-                    confidence=level,
-                    quantity=quantity,
-                    groups=_groups(analysis, prepared),
-                )
-            }
-        if not prepared.geometric or biet2007.covers(analysis.cells.columns, quantity):
-            name = "table3" if prepared.geometric else "fig15"
-            drawn[name] = figures.arithmetic_means(analysis.cells, unit=unit, quantity=quantity)
+            drawn["growth_means"] = figures.growth_means(
+                prepared.logs,
+                without_log=prepared.without_log,
+                unit=unit,
+                confidence=level,
+                quantity=quantity,
+                groups=groups,
+            )
         if inference.found(POWER_LAW) is not None:
             drawn["growth"] = growth_figures.growth(
                 prepared.logs, inference[GROWTH], unit=unit, confidence=level, quantity=quantity

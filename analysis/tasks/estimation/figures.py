@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Iterator
 
 import numpy as np
 import pandas as pd
@@ -12,7 +12,7 @@ from matplotlib.ticker import LogLocator, NullLocator
 from numpy.typing import NDArray
 
 from slipscale.analysis.published import biet2007
-from slipscale.analysis.statistics.descriptives import within_intervals
+from slipscale.analysis.statistics.descriptives import student_intervals, within_intervals
 from slipscale.analysis.statistics.repeated_measures import omnibus
 from slipscale.analysis.writing.axes import LINES_AT_MOST, amplitude_axis, tip
 from slipscale.figure_style import BLUE, GREEN, ORANGE, PALE, PURPLE, VERMILION, canvas, styled
@@ -48,8 +48,125 @@ def _individuals(
         )
 
 
+Parts = Iterator[tuple[str, pd.DataFrame, str]]
+
+
+def _parts(table: pd.DataFrame, groups: pd.Series[str] | None) -> Parts:
+    """Yield each group's name (empty without groups), its participants, and its colour."""
+    parts = {"": table} if groups is None else dict(list(table.groupby(groups)))
+    for number, (name, own) in enumerate(parts.items()):
+        yield name and f" of {name}", own, (BLUE, VERMILION, GREEN, ORANGE, PURPLE)[number % 5]
+
+
+def _means(
+    axes: Axes,
+    means: pd.Series[float],
+    bounds: tuple[NDArray[np.float64], NDArray[np.float64]],
+    *,
+    label: str,
+    interval: str,
+    colour: str,
+    quantity: Quantity,
+    hollow: Collection[float] = (),
+) -> None:
+    """Draw means with their intervals and tooltips; missing intervals are omitted."""
+    amplitudes, centre = means.index.to_numpy(float), means.to_numpy(float)
+    low, high = bounds
+    axes.errorbar(
+        amplitudes,
+        centre,
+        yerr=np.nan_to_num([centre - low, high - centre]),
+        color=colour,
+        linewidth=2,
+        capsize=3,
+        elinewidth=1.6,
+        zorder=4,
+        label=f"{label}, {interval}" if np.isfinite(low).any() else label,
+    )
+    for amplitude, mean in zip(amplitudes, centre, strict=True):
+        axes.plot(
+            amplitude,
+            mean,
+            "o",
+            color=colour,
+            markersize=6.5,
+            markerfacecolor="white" if amplitude in hollow else colour,
+            zorder=5,
+            gid=tip(f"{quantity.value(amplitude)}: {label} {mean:.2f}"),
+        )
+
+
 @styled
 def fig15(
+    cells: pd.DataFrame,
+    *,
+    unit: str = "% of the scale",
+    top: float | None = 100.0,
+    confidence: float = 0.95,
+    quantity: Quantity = PLATE_AMPLITUDE,
+    groups: pd.Series[str] | None = None,
+) -> Figure:
+    """Plot the paper's Fig. 15: arithmetic means on linear axes, with individual participants.
+
+    If the scale ends at 100 and the paper used all levels, its means are shown with one standard
+    deviation, slightly to the right.
+
+    Parameters
+    ----------
+    cells : DataFrame, shape (participants, amplitudes)
+        Normalised mean estimates.
+    unit : str
+        Unit of the estimates.
+    top : float, optional
+        End of the vertical axis, unless values are larger. None if the scale has no fixed end.
+    confidence : float
+        Confidence level of the t-based intervals.
+    quantity : Quantity
+        Quantity of the amplitudes.
+    groups : Series, optional
+        Group of each participant. If given, means are drawn separately for each group.
+    """
+    figure, axes = canvas(size=(5.6, 4.4))
+    amplitudes = cells.columns.to_numpy(float)
+    for name, own, colour in _parts(cells, groups):
+        if len(cells) > 1:
+            _individuals(axes, own, amplitudes, PALE if groups is None else colour)
+        _means(
+            axes,
+            own.mean(),
+            student_intervals(own, confidence),
+            label=f"arithmetic mean{name}",
+            interval=f"{100 * confidence:g} % CI",
+            colour=colour,
+            quantity=quantity,
+        )
+    amplitude_axis(axes, amplitudes, quantity)
+    if top == biet2007.TOP and biet2007.covers(cells.columns, quantity):
+        rows = [biet2007.BY_AMPLITUDE[amplitude] for amplitude in amplitudes]
+        axes.errorbar(
+            # Beside ours, so that neither hides the other.
+            amplitudes + 0.02 * np.ptp(axes.get_xlim()),
+            [float(row.mean) for row in rows],
+            yerr=[float(row.standard_deviation) for row in rows],
+            color=VERMILION,
+            linestyle="none",
+            marker="D",
+            markersize=6.5,
+            markerfacecolor="white",
+            markeredgewidth=1.6,
+            elinewidth=1,
+            zorder=3,
+            label="the paper\u2019s Table III: mean ± SD",
+        )
+    low, high = axes.dataLim.y0, axes.dataLim.y1
+    axes.set_ylim(min(0.0, low), high * 1.05 if top is None else max(top, high))
+    axes.set_ylabel(f"{capitalised(quantity.perceived)}\n({unit})")
+    figure.legend(*axes.get_legend_handles_labels(), loc="outside lower center", ncols=2)
+    return figure
+
+
+@styled
+def growth_means(
     logs: pd.DataFrame,
     *,
     without_log: Collection[float] = (),
@@ -58,11 +175,7 @@ def fig15(
     quantity: Quantity = PLATE_AMPLITUDE,
     groups: pd.Series[str] | None = None,
 ) -> Figure:
-    """Plot geometric means of estimates against amplitude, with individual participants.
-
-    Individual lines are drawn after modulus equalisation (Lane, Catania and Stevens 1961): each
-    participant's logarithms are shifted to the mean of all participants or of the group, which does
-    not change the geometric means.
+    """Plot geometric means of estimates on a logarithmic axis, with individual participants.
 
     Parameters
     ----------
@@ -81,40 +194,19 @@ def fig15(
     """
     figure, axes = canvas(size=(5.6, 4.2))
     amplitudes = logs.columns.to_numpy(float)
-    parts = {"": logs} if groups is None else dict(list(logs.groupby(groups)))
-    for number, (name, own) in enumerate(parts.items()):
-        colour = (BLUE, VERMILION, GREEN, ORANGE, PURPLE)[number % 5]
+    for name, own, colour in _parts(logs, groups):
         if len(logs) > 1:
-            # Participants' means are computed relative to the means of amplitudes, so that a
-            # missing amplitude does not shift a participant's line.
-            equalised = own.sub(own.sub(own.mean()).mean(axis=1), axis=0)
-            _individuals(
-                axes, equalised.map(np.exp), amplitudes, PALE if groups is None else colour
-            )
-        centre = np.exp(own.mean().to_numpy(float))
-        low, high = within_intervals(own, confidence)
-        axes.errorbar(
-            amplitudes,
-            centre,
-            yerr=np.nan_to_num([centre - low, high - centre]),
-            color=colour,
-            linewidth=2,
-            capsize=3,
-            elinewidth=1.6,
-            zorder=4,
-            label=f"geometric mean{f' of {name}' if name else ''}",
+            _individuals(axes, own.map(np.exp), amplitudes, PALE if groups is None else colour)
+        _means(
+            axes,
+            own.mean().map(np.exp),
+            within_intervals(own, confidence),
+            label=f"geometric mean{name}",
+            interval=f"{100 * confidence:g} % within-participant CI",
+            colour=colour,
+            quantity=quantity,
+            hollow=without_log,
         )
-        for amplitude, mean in zip(amplitudes, centre, strict=True):
-            axes.plot(
-                amplitude,
-                mean,
-                "o",
-                color=colour,
-                markersize=6.5,
-                markerfacecolor="white" if amplitude in without_log else colour,
-                zorder=5,
-                gid=tip(f"{quantity.value(amplitude)}: geometric mean {mean:.2f}"),
-            )
     if without_log:
         axes.plot([], "o", color=BLUE, markerfacecolor="white", label="without estimates of zero")
     # Axis limits are set explicitly, because Matplotlib cannot choose logarithmic limits for a
@@ -127,59 +219,6 @@ def fig15(
     amplitude_axis(axes, amplitudes, quantity)
     axes.set_ylabel(f"{capitalised(quantity.perceived)}\n({unit})")
     figure.legend(*axes.get_legend_handles_labels(), loc="outside lower center", ncols=2)
-    return figure
-
-
-@styled
-def arithmetic_means(
-    cells: pd.DataFrame,
-    *,
-    unit: str = "% of the scale",
-    quantity: Quantity = PLATE_AMPLITUDE,
-) -> Figure:
-    """Plot arithmetic means as in the paper's Fig. 15, next to the published values.
-
-    Parameters
-    ----------
-    cells : DataFrame, shape (participants, amplitudes)
-        Normalised mean estimates.
-    unit : str
-        Unit of the estimates.
-    quantity : Quantity
-        Quantity of the amplitudes.
-    """
-    figure, axes = canvas(size=(5.6, 3.6))
-    amplitudes = cells.columns.to_numpy(float)
-    if len(cells) > 1:
-        _individuals(axes, cells, amplitudes)
-    axes.plot(
-        amplitudes,
-        cells.mean().to_numpy(float),
-        color=BLUE,
-        linewidth=2,
-        marker="o",
-        markersize=6.5,
-        zorder=4,
-        label="arithmetic mean",
-    )
-    if biet2007.covers(cells.columns, quantity):
-        paper = biet2007.published_means()
-        axes.plot(
-            amplitudes,
-            [paper[value] for value in amplitudes],
-            linestyle="none",
-            marker="D",
-            markersize=8.5,
-            markerfacecolor="none",
-            markeredgecolor=VERMILION,
-            markeredgewidth=1.6,
-            zorder=5,
-            label="mean in the paper (Table III)",
-        )
-    amplitude_axis(axes, amplitudes, quantity)
-    axes.set_ylabel(f"{capitalised(quantity.perceived)}\n({unit})")
-    axes.set_ylim(bottom=0)
-    axes.legend(loc="upper left")
     return figure
 
 

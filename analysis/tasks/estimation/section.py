@@ -17,6 +17,7 @@ def estimates(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSection:
     """Return the section with geometric means and Table III."""
     section = ReportSection("Magnitude estimates")
     prepared, quantity = analysis.prepared, analysis.dataset.quantity
+    level = 100 * analysis.dataset.choices.confidence
     if prepared is None:
         return section
     if prepared.geometric:
@@ -34,9 +35,11 @@ def estimates(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSection:
     )
     section.blocks += html.figure_if_drawn(
         svgs,
-        "table3",
-        f"The paper's Fig. 15: arithmetic means of {quantity.judged}, here and in the paper.",
-        "Line chart of the arithmetic means in the table, here and in the paper",
+        "growth_means",
+        f"Geometric means of {quantity.judged} on a logarithmic axis. Error bars: {level:g} % "
+        "within-participant confidence intervals (Cousineau–Morey method, on logarithms), with 3 "
+        "or more participants. Thin lines: individual participants.",
+        "Line chart of the geometric means in the table",
     )
     if len(analysis.textures):
         section.blocks.append(textures(analysis))

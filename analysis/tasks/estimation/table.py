@@ -16,8 +16,9 @@ def tables(analysis: Analysis) -> dict[str, pd.DataFrame]:
         return {}
     named = analysis.dataset.quantity.columns
     columns = ["participant_id", "session", "run", "trial", "level", "estimate"]
-    trials = analysis.estimates
-    columns += ["normalised", "response_time", "position", "before_level", *factor_columns(trials)]
+    trials = analysis.estimates.assign(normalisation=analysis.rule)
+    columns += ["scale_top", "modulus", "normalised", "normalisation", "response_time"]
+    columns += ["position", "before_level", *factor_columns(trials)]
     if (trials["trial"].dropna() % 1 == 0).all():
         trials = trials.astype({"trial": "Int64"})
     kept = [name for name in columns if not trials[name].isna().all()]

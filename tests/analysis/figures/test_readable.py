@@ -10,7 +10,7 @@ from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.tasks.difference.figures import RING, difference
 from slipscale.analysis.tasks.difference.verbal_coding import load_codebook
 from slipscale.analysis.tasks.difference.yes_no import analyse_differences
-from slipscale.analysis.tasks.estimation.figures import fig15
+from slipscale.analysis.tasks.estimation.figures import fig15, growth_means
 from slipscale.analysis.tasks.estimation.growth.figures import growth
 from slipscale.analysis.writing.axes import apart, with_tips
 from slipscale.figure_style import svg
@@ -51,10 +51,24 @@ def test_participants_shares_lie_at_the_size_of_their_step():
     assert sum(float(ring.get_sizes()[0]) for ring in rings) == pytest.approx(4 * 8 * RING)
 
 
-def test_fig_15_shows_geometric_means_with_intervals_above_zero(logs):
+def test_fig_15_shows_what_each_participant_answered_and_no_paper_beside_another_scale(logs):
+    cells = np.exp(logs)
+    (axes,) = fig15(cells, top=None, unit="as given").axes
+    lines = [line.get_ydata() for line in axes.get_lines() if len(line.get_xdata()) == 4][
+        : len(cells)
+    ]
+    assert np.array(lines) == pytest.approx(cells.to_numpy())
+    (ours,) = axes.containers
+    assert ours.lines[0].get_ydata() == pytest.approx(cells.mean().to_numpy())
+    assert axes.get_ylim()[0] == 0
+    # Values beyond the scale stay visible.
+    assert fig15(cells * 10).axes[0].get_ylim()[1] >= 10 * cells.max(axis=None)
+
+
+def test_the_growth_of_means_has_intervals_above_zero(logs):
     """On raw means Cousineau and Morey's interval of the smallest mean reaches below 0 here."""
     wide = logs + np.random.default_rng(2).normal(0, 0.8, logs.shape)
-    figure = fig15(wide, without_log=[0.5])
+    figure = growth_means(wide, without_log=[0.5])
     (axes,) = figure.axes
     bars = [path for line in axes.collections for path in line.get_segments()]
     assert bars
@@ -70,8 +84,8 @@ def test_fig_15_shows_geometric_means_with_intervals_above_zero(logs):
     assert "without estimates of zero" in text
 
 
-def test_fig_15_of_one_number_has_an_axis():
-    figure = fig15(pd.DataFrame({0.0: [np.log(12)], 0.5: [np.log(12)]}))
+def test_the_growth_of_one_number_has_an_axis():
+    figure = growth_means(pd.DataFrame({0.0: [np.log(12)], 0.5: [np.log(12)]}))
     low, high = figure.axes[0].get_ylim()
     assert low < 12 < high
     assert "<svg" in svg(figure, salt="one")
@@ -79,9 +93,10 @@ def test_fig_15_of_one_number_has_an_axis():
 
 def test_fig_15_gives_each_group_its_own_means(logs):
     groups = pd.Series(["old", "young"] * 4, index=logs.index)
-    (axes,) = fig15(logs, groups=groups).axes
+    assert len(fig15(np.exp(logs), groups=groups).axes[0].containers) == 3  # and the paper
+    (axes,) = growth_means(logs, groups=groups).axes
     labels = axes.get_legend_handles_labels()[1]
-    assert labels == ["geometric mean of old", "geometric mean of young"]
+    assert labels[0] == "geometric mean of old, 95 % within-participant CI"
     means = [container.lines[0].get_ydata() for container in axes.containers]
     assert np.log(means[1]) == pytest.approx(logs[groups == "young"].mean().to_numpy())
 

@@ -97,8 +97,13 @@ def test_an_out_that_cannot_be_made_is_refused_before_anything_is_computed(
     assert "taken: is a file; expected a folder" in capsys.readouterr().err
 
 
-def test_fig15_is_reproduced_by_the_papers_convention_without_bars_of_another_mean():
+def test_fig15_puts_arithmetic_means_beside_the_papers_points_on_linear_axes():
     (axes,) = table3.draw_fig15().axes
-    legend = [text.get_text() for text in axes.get_legend().get_texts()]
-    assert legend == ["one participant", "arithmetic mean", "mean in the paper (Table III)"]
-    assert not axes.containers
+    ours, paper = axes.containers
+    assert ours.get_label() == "arithmetic mean, 95 % CI"
+    assert ours.lines[0].get_ydata() == pytest.approx([12.75, 19.5833, 56.25, 81.3333], abs=1e-4)
+    assert list(paper.lines[0].get_ydata()) == [12.75, 19.58, 56.25, 81.33]
+    (bars,) = paper.lines[2]
+    spread = [bar[1, 1] - bar[0, 1] for bar in bars.get_segments()]
+    assert spread == pytest.approx([2 * sd for sd in (12.75, 8.11, 8.82, 10.76)])
+    assert (axes.get_xscale(), axes.get_yscale(), axes.get_ylim()) == ("linear", "linear", (0, 100))

@@ -6,7 +6,7 @@ from importlib.resources import files
 import pytest
 
 from slipscale.analysis.figures.friction import perception_figure
-from slipscale.analysis.published.biet2007 import published_means
+from slipscale.analysis.published.biet2007 import BY_AMPLITUDE
 from slipscale.analysis.reproduction import comparison, film, plate
 from slipscale.analysis.reproduction.comparison import Comparison
 from slipscale.analysis.reproduction.film import more_than
@@ -93,7 +93,7 @@ def test_listing_the_items_loads_no_solver():
 
 
 def test_perception_figure_puts_estimates_over_falling_friction():
-    means = published_means()
+    means = {amplitude: float(row.mean) for amplitude, row in BY_AMPLITUDE.items()}
     figure = perception_figure(list(means), list(means.values()))
     axes = figure.axes[0]
     assert axes.xaxis_inverted()

@@ -51,6 +51,12 @@ def test_agreement_is_rounding_to_the_printed_number(printed, ours, verdict):
     assert agrees(printed, ours) is verdict
 
 
+def test_one_participant_has_a_mean_and_no_deviation():
+    table = means_and_spreads(pd.DataFrame({0.0: [12.0, np.nan], 0.5: [20.0, 30.0]}))
+    assert list(table["mean"]) == [12, 25]
+    assert np.array_equal(table["maximum_deviation"], [np.nan, 5], equal_nan=True)
+
+
 def test_both_conventions_of_the_standard_deviation():
     cells = pd.DataFrame({0.0: [1.0, 2.0, 6.0], 1.0: [0.0, 0.0, 3.0]})
     sample, population = means_and_spreads(cells), means_and_spreads(cells, "population")

@@ -77,6 +77,8 @@ def test_simulated_participants_are_called_so(laboratory):
     build_dataset(laboratory.folder)
     name, readme = said_of(laboratory.folder)
     assert name == "simulated pilot)"
+    description = json.loads((laboratory.folder / "dataset_description.json").read_text("utf-8"))
+    assert description["Authors"] == ["simulated by Slipscale"]
     assert "**Simulated.** No person took part" in readme
 
 

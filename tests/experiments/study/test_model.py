@@ -45,6 +45,7 @@ options = [{}]
 @pytest.mark.parametrize("name", shipped_studies())
 def test_shipped_studies_are_valid_and_named_after_their_file(name):
     assert read_study(name)[0].name == name
+    assert read_study(name)[0].authors == ()  # a copy names its own
 
 
 def test_the_papers_study_is_the_papers():

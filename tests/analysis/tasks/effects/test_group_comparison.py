@@ -95,9 +95,10 @@ def test_the_answer_names_what_groups_differ_in_and_figure_1_gives_each_its_mean
     told = answers(orthodont)
     assert told[0].startswith("Geometric means of ")
     assert sum("between groups, Welch's F(" in text for text in told) == 2
-    (axes,) = draw(orthodont)["fig15"].axes
-    labels = [container.get_label() for container in axes.containers]
-    assert labels == ["geometric mean of Female", "geometric mean of Male"]
+    for name, mean in (("fig15", "arithmetic"), ("growth_means", "geometric")):
+        (axes,) = draw(orthodont)[name].axes
+        labels = [container.get_label().partition(",")[0] for container in axes.containers]
+        assert labels == [f"{mean} mean of Female", f"{mean} mean of Male"]
 
 
 def test_groups_that_grow_differently_differ_in_exponent_and_interaction():
