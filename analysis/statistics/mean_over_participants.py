@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from math import inf
 
 import numpy as np
 from numpy.typing import NDArray
@@ -70,6 +71,24 @@ def mean_over_participants(
         df=len(values) - 1,
         p=float(found.pvalue),
     )
+
+
+def unbounded(
+    found: MeanOverParticipants | NotComputed, *, below: bool, above: bool
+) -> MeanOverParticipants | NotComputed:
+    """Return a mean whose interval has no lower or upper bound.
+
+    Use it if some values are only bounds, such as d' of a participant without a single error: the
+    log-linear correction gives a finite value for any d' beyond it, so that the mean and the upper
+    end of its interval are too small, but the lower end is valid.
+    """
+    if not found:
+        return found
+    low, high = found.interval
+    ends = ConfidenceInterval(
+        -inf if below else low, inf if above else high, found.interval.confidence
+    )
+    return replace(found, interval=ends)
 
 
 def holm_of(found: Sequence[MeanOverParticipants | NotComputed]) -> list[float | None]:

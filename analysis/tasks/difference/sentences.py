@@ -198,11 +198,14 @@ def sensitivity(found: SignalDetection, confidence: float, quantity: Quantity) -
     limits = "" if "[" in text else "limits of "
     level = f" ({limits}{level_of(confidence)} intervals)" if "d′" in text else ""
     mean = found.mean_d_prime
+    open_end = ""
+    if mean and not (isfinite(mean.interval.low) and isfinite(mean.interval.high)):
+        open_end = " (without a bound where a participant made no error)"
     own = (
         ""
         if not mean
         else f" The mean of individual d′ values was {number(mean.mean)}, "
-        f"{level_of(confidence)} CI {bracketed(mean.interval)}."
+        f"{level_of(confidence)} CI {bracketed(mean.interval)}{open_end}."
     )
     return f"Sensitivity was {text}{level}.{own}"
 
