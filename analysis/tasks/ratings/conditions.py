@@ -35,10 +35,10 @@ from slipscale.analysis.writing.numbers import (
     level_of,
     number,
     p_value,
-    reliable,
     unit_number,
 )
 from slipscale.analysis.writing.task_names import task_name
+from slipscale.analysis.writing.verdicts import DIFFERED, verdict
 from slipscale.experiments.dataset.schema import PARTICIPANT
 
 TITLE = "Ratings by condition"
@@ -111,7 +111,7 @@ def sentences(analysis: Analysis) -> list[str]:
 def _parts(found: FactorRatings, confidence: float) -> Iterator[str]:
     test = found.friedman
     if test:
-        verb = "differed" if reliable(test.p, confidence) else "did not differ reliably"
+        verb = verdict(DIFFERED, test.p, confidence, test.n - 1)
         yield (
             f"mean ratings {verb} between levels (Friedman's test, χ²({test.df}, n = {test.n}) = "
             f"{number(test.chi2)}, {p_value(test.p)}, Kendall's W = {unit_number(test.kendalls_w)})"

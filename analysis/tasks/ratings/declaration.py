@@ -34,12 +34,11 @@ from slipscale.analysis.writing.numbers import (
     level_of,
     number,
     p_value,
-    page_sentence,
-    reliable,
     unit_number,
 )
 from slipscale.analysis.writing.points import SIZE, draw_means, draw_people
 from slipscale.analysis.writing.task_names import task_name
+from slipscale.analysis.writing.verdicts import DIFFERED, page_sentence, verdict
 from slipscale.figure_style import GREY, canvas, styled
 from slipscale.stimuli.quantity import Quantity
 
@@ -53,7 +52,7 @@ def _tests(found: TaskRatings, confidence: float, quantity: Quantity) -> str:
     if isinstance(friedman, NotComputed):
         texts.append(f"Whether ratings differ between surfaces was not tested: {friedman.reason}.")
     else:
-        verb = "differed" if reliable(friedman.p, confidence) else "did not differ reliably"
+        verb = verdict(DIFFERED, friedman.p, confidence, friedman.n - 1)
         texts.append(
             f"Ratings {verb} between surfaces (Friedman's test on ranks, χ²({friedman.df}, "
             f"n = {friedman.n}) = {number(friedman.chi2)}, {p_value(friedman.p)}, Kendall's W = "
@@ -80,7 +79,7 @@ def _biases(found: TaskRatings, confidence: float) -> list[str]:
         )
     else:
         low, high = start.interval
-        doubt = ", which is not a reliable shift" if low <= 0 <= high else ""
+        doubt = ", which is compatible with no shift" if low <= 0 <= high else ""
         texts.append(
             "When the mark started 10 points further to the right, ratings were shifted "
             f"{number(10 * abs(start.mean))} points to the "

@@ -109,10 +109,9 @@ class _SameDifferent(OneStatistic[TaskPairs]):
                 f"same_different_{task.task}",
                 f"Mean d' across participants with a t-based {level:g} % interval; crosses: d' of "
                 "all answers pooled. At d' = 0 (dotted), participants cannot tell the pair apart; "
-                "A bar that ends at the mean belongs to an interval without a bound on this side: a "
-                "participant made no error. "
                 "d' is negative if “different” was less frequent for the pair than for same "
-                "surfaces.",
+                "surfaces. A bar that ends at the mean has no bound on this side, because a "
+                "participant made no error.",
                 "d' of " + ", ".join(_pair(each, quantity) for each in task.pairs),
             ),
             html.table(

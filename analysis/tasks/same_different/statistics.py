@@ -210,8 +210,8 @@ class _SameDifferent(Statistic[tuple[TaskPairs, ...]]):
         "Same–different sensitivity d' was computed with the differencing model (Macmillan & "
         "Creelman, 2005), after the log-linear correction [[hautus1995]] in proportion to the "
         "numbers of trials. If a participant answered “different” in every trial of different "
-        "surfaces, the interval of the mean d' has no upper bound. d' is negative if “different” was less frequent for different than for "
-        "same surfaces."
+        "surfaces, the interval of the mean d' has no upper bound. d' is negative if “different” "
+        "was less frequent for different than for same surfaces."
     )
     headlines = (Named("*.pairs.*.d_prime", "{0}: d' of {1[0]} and {1[1]}"),)
 
