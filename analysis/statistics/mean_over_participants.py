@@ -43,7 +43,9 @@ class MeanOverParticipants:
 
 
 def mean_over_participants(
-    values: NDArray[np.float64], confidence: float
+    values: NDArray[np.float64],
+    confidence: float,
+    possible: tuple[float, float] = (-inf, inf),
 ) -> MeanOverParticipants | NotComputed:
     """Return the mean of one value per participant, its t-based interval and its t test against 0.
 
@@ -53,6 +55,9 @@ def mean_over_participants(
         Non-finite values are omitted.
     confidence : float
         Confidence level of the interval.
+    possible : tuple of float
+        Smallest and largest possible value, such as the ends of a scale. The interval ends there at
+        the latest, which does not change its coverage.
     """
     from scipy import stats
 
@@ -62,10 +67,11 @@ def mean_over_participants(
     if np.ptp(values) <= TINY * max(float(np.abs(values).max()), 1.0):
         return NotComputed("all participants have the same value, so no test is possible")
     found = stats.ttest_1samp(values, 0.0)
-    interval = found.confidence_interval(confidence)
+    ends = found.confidence_interval(confidence)
+    low, high = max(float(ends.low), possible[0]), min(float(ends.high), possible[1])
     return MeanOverParticipants(
         mean=float(values.mean()),
-        interval=ConfidenceInterval(float(interval.low), float(interval.high), confidence),
+        interval=ConfidenceInterval(low, high, confidence),
         sd=float(values.std(ddof=1)),
         t=float(found.statistic),
         df=len(values) - 1,

