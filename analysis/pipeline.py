@@ -93,6 +93,7 @@ def analyse(
         cells,
         prepared.logs if prepared else cells,
         confidence=choices.confidence,
+        most=normalisation.RULES[rule].most,
     )
     tell("testing")
     kinds = (*KINDS, *outside)

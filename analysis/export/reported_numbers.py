@@ -9,6 +9,7 @@ import pandas as pd
 
 from slipscale.analysis import json_form
 from slipscale.analysis.json_form import Json
+from slipscale.analysis.preprocessing.normalisation import RULES
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.tasks.effects.groups.statistics import membership
 from slipscale.analysis.tasks.effects.sessions.statistics import SESSIONS
@@ -103,6 +104,7 @@ def settings(analysis: Analysis) -> pd.DataFrame:
         "weber_base": named("level_before") if stepped else "reference",
         "confidence": f"{choices.confidence!r}",
         "zero_rule": choices.zero_rule,
+        "largest_mean": str(RULES[analysis.rule].most),
         "standard_deviation": choices.standard_deviation,
         "equivalence_ratio": f"{choices.equivalence_ratio!r}",
         "threshold_curve": choices.threshold_curve or "",

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from math import inf
 
 import numpy as np
 import pandas as pd
@@ -30,6 +31,8 @@ class Rule:
         Function that returns each trial's divisor; NaN or 0 if the rule does not apply.
     top : float
         Value to which an estimate equal to the divisor is normalised.
+    most : float
+        Largest possible mean of a participant.
     formula : str
         Description for the report, in which ``q`` is a placeholder for the quantity.
     needs : str
@@ -40,6 +43,7 @@ class Rule:
 
     divisor: Callable[[pd.DataFrame], pd.Series[float]]
     top: float = 100.0
+    most: float = inf
     formula: str
     needs: str = "a positive estimate from each participant"
     unit: str = "% of the scale"
@@ -172,12 +176,14 @@ RULES: dict[str, Rule] = {
     "participant_maximum": Rule(
         divisor=_participant_maximum,
         formula="each participant's largest mean at any {q.level} becomes 100",
+        most=100.0,
         unit="% of the participant's maximum",
     ),
     # This rule is common in haptics. The divisor grows with the number of repetitions.
     "participant_largest_trial": Rule(
         divisor=_participant_largest_trial,
         formula="each participant's largest single estimate becomes 100",
+        most=100.0,
         unit="% of the participant's largest estimate",
     ),
     # The strongest stimulus serves as the reference.

@@ -6,6 +6,13 @@ from __future__ import annotations
 TINY = 1e-12
 #: Minimum number of participants for a test.
 FEWEST = 3
+#: With so few degrees of freedom of the error, a test has hardly any power.
+FEW_DF = 3
+
+
+def few_degrees(df: float) -> bool:
+    """Return whether a test with these degrees of freedom can hardly detect a difference."""
+    return df <= FEW_DF
 
 
 def few(what: str, there: int, needed: int = FEWEST) -> str:

@@ -5,11 +5,14 @@ Each value is the arithmetic mean of one participant's estimates at one amplitud
 
 from __future__ import annotations
 
+from math import inf
+
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
 from slipscale.analysis.preprocessing.normalisation import complete
+from slipscale.analysis.preprocessing.sufficiency import TINY
 
 #: Minimum number of participants for an interval.
 FEWEST = 3
@@ -85,6 +88,7 @@ def describe(
     logs: pd.DataFrame,
     *,
     confidence: float = 0.95,
+    most: float = inf,
 ) -> pd.DataFrame:
     """Return all descriptive statistics, with one row per amplitude.
 
@@ -96,6 +100,9 @@ def describe(
         Participants' mean natural logarithms, used for the geometric means.
     confidence : float
         Confidence level of the intervals.
+    most : float
+        Largest possible mean, such as 100 % of a participant's maximum. Estimates are not negative,
+        so that intervals are limited to 0 to ``most``.
 
     Returns
     -------
@@ -111,15 +118,15 @@ def describe(
     low, high = student_intervals(logs, confidence)
     within = within_intervals(logs, confidence)
     return table.assign(
-        mean_low=mean_low,
-        mean_high=mean_high,
+        mean_low=np.maximum(mean_low, 0.0),
+        mean_high=np.minimum(mean_high, most),
         sd_population=cells.std(ddof=0).to_numpy(float),
         geometric_n=logs.notna().sum().to_numpy(int),
         geometric_mean=np.exp(logs.mean()).to_numpy(float),
         geometric_low=np.exp(low),
-        geometric_high=np.exp(high),
+        geometric_high=np.minimum(np.exp(high), most),
         within_low=within[0],
-        within_high=within[1],
+        within_high=np.minimum(within[1], most),
         median=cells.median().to_numpy(float),
     )
 
@@ -153,7 +160,9 @@ def within_intervals(
 def student_intervals(
     table: pd.DataFrame, confidence: float
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return t-based intervals for the column means, or NaN with fewer than `FEWEST` values.
+    """Return t-based intervals for the column means.
+
+    The interval is NaN with fewer than `FEWEST` values, or if all values are equal.
 
     For small, skewed samples, these intervals have better coverage than percentile or BCa bootstrap
     intervals (docs/validation/measured/statistics.md).
@@ -163,6 +172,8 @@ def student_intervals(
     n = table.notna().sum().to_numpy(float)
     error = table.std(ddof=1).to_numpy(float) / np.sqrt(np.maximum(n, 1))
     half = stats.t.ppf((1 + confidence) / 2, np.maximum(n - 1, 1)) * error
-    half = np.where((n >= FEWEST) & (error > 0), half, np.nan)
     centre = table.mean().to_numpy(float)
+    # Equal means can differ in the last bits.
+    differ = error > TINY * np.maximum(np.abs(centre), 1.0)
+    half = np.where((n >= FEWEST) & differ, half, np.nan)
     return centre - half, centre + half

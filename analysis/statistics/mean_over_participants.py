@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from math import inf
 
 import numpy as np
 from numpy.typing import NDArray
@@ -42,7 +43,9 @@ class MeanOverParticipants:
 
 
 def mean_over_participants(
-    values: NDArray[np.float64], confidence: float
+    values: NDArray[np.float64],
+    confidence: float,
+    possible: tuple[float, float] = (-inf, inf),
 ) -> MeanOverParticipants | NotComputed:
     """Return the mean of one value per participant, its t-based interval and its t test against 0.
 
@@ -52,6 +55,9 @@ def mean_over_participants(
         Non-finite values are omitted.
     confidence : float
         Confidence level of the interval.
+    possible : tuple of float
+        Smallest and largest possible value, such as the ends of a scale. The interval ends there at
+        the latest, which does not change its coverage.
     """
     from scipy import stats
 
@@ -61,15 +67,34 @@ def mean_over_participants(
     if np.ptp(values) <= TINY * max(float(np.abs(values).max()), 1.0):
         return NotComputed("all participants have the same value, so no test is possible")
     found = stats.ttest_1samp(values, 0.0)
-    interval = found.confidence_interval(confidence)
+    ends = found.confidence_interval(confidence)
+    low, high = max(float(ends.low), possible[0]), min(float(ends.high), possible[1])
     return MeanOverParticipants(
         mean=float(values.mean()),
-        interval=ConfidenceInterval(float(interval.low), float(interval.high), confidence),
+        interval=ConfidenceInterval(low, high, confidence),
         sd=float(values.std(ddof=1)),
         t=float(found.statistic),
         df=len(values) - 1,
         p=float(found.pvalue),
     )
+
+
+def unbounded(
+    found: MeanOverParticipants | NotComputed, *, below: bool, above: bool
+) -> MeanOverParticipants | NotComputed:
+    """Return a mean whose interval has no lower or upper bound.
+
+    Use it if some values are only bounds, such as d' of a participant without a single error: the
+    log-linear correction gives a finite value for any d' beyond it, so that the mean and the upper
+    end of its interval are too small, but the lower end is valid.
+    """
+    if not found:
+        return found
+    low, high = found.interval
+    ends = ConfidenceInterval(
+        -inf if below else low, inf if above else high, found.interval.confidence
+    )
+    return replace(found, interval=ends)
 
 
 def holm_of(found: Sequence[MeanOverParticipants | NotComputed]) -> list[float | None]:

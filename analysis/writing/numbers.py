@@ -11,7 +11,6 @@ from slipscale.analysis.statistics.not_computed import NotComputed, fold
 
 if TYPE_CHECKING:
     from slipscale.analysis.statistics.confidence_interval import ConfidenceInterval
-    from slipscale.analysis.statistics.repeated_measures.omnibus import PageTrend
     from slipscale.stimuli.quantity import Quantity
 
 T = TypeVar("T")
@@ -165,24 +164,3 @@ def interval(low: float | None, high: float | None, decimals: int = 2) -> str:
 def level_of(confidence: float) -> str:
     """Format a confidence level, such as "95%"."""
     return f"{round(100 * confidence, 6):g}%"
-
-
-def reliable(p: float, confidence: float) -> bool:
-    """Return whether p is below the significance level (1 - confidence); False if p is NaN.
-
-    >>> reliable(0.03, 0.95), reliable(0.03, 0.99), reliable(float("nan"), 0.95)
-    (True, False, False)
-    """
-    return p < round(1 - confidence, 12)
-
-
-def page_sentence(
-    what: str, found: PageTrend, confidence: float, level: str, quantity: Quantity
-) -> str:
-    """Return a sentence with the result of Page's test for a trend of ``what`` with ``level``."""
-    grew = "fell" if quantity.falls else "grew"
-    verb = grew if reliable(found.p, confidence) else f"did not {quantity.grow} reliably"
-    return (
-        f"{what} {verb} with {level} (Page's L = {found.L:g}, {p_value(found.p)}, one-sided, "
-        f"n = {found.n})."
-    )

@@ -29,11 +29,11 @@ read <- function(name) {
 }
 under <- function(prefix, values) if (length(values)) setNames(values, paste0(prefix, names(values)))
 
-mean_test <- function(x, confidence) {
+mean_test <- function(x, confidence, possible = c(-Inf, Inf)) {
   x <- x[is.finite(x)]
   if (length(x) < 3 || diff(range(x)) <= 1e-12 * max(abs(x), 1)) return(NULL)
   t <- t.test(x, conf.level = confidence)
-  c(mean = mean(x), ci.0 = t$conf.int[1], ci.1 = t$conf.int[2], sd = sd(x),
+  c(mean = mean(x), ci.0 = max(t$conf.int[1], possible[1]), ci.1 = min(t$conf.int[2], possible[2]), sd = sd(x),
     t = unname(t$statistic), df = length(x) - 1, p = t$p.value)
 }
 student <- function(b, se, df, n, confidence) {
@@ -43,7 +43,7 @@ student <- function(b, se, df, n, confidence) {
 }
 whole_rows <- function(m) m[complete.cases(m), , drop = FALSE]
 
-descriptives <- function(cells, logs, confidence, sample) {
+descriptives <- function(cells, logs, confidence, sample, most) {
   out <- NULL
   within <- which(colSums(is.na(logs)) == 0)
   if (length(within) < 2) within <- which(colSums(!is.na(logs)) > 0)
@@ -61,7 +61,7 @@ descriptives <- function(cells, logs, confidence, sample) {
     far <- max(abs(x - mean(x)))
     population <- sqrt(mean((x - mean(x))^2))
     ends <- function(v) mean(v) + c(-1, 1) * qt((1 + confidence) / 2, length(v) - 1) * sd(v) / sqrt(length(v))
-    enough <- function(v) length(v) >= 3 && sd(v) > 0
+    enough <- function(v) length(v) >= 3 && sd(v) > 1e-12 * max(abs(mean(v)), 1) * sqrt(length(v))
     m <- if (enough(x)) ends(x) else c(NA, NA)
     g <- if (enough(y)) exp(ends(y)) else c(NA, NA)
     out <- c(out, under(paste0("table3.", i - 1, "."), c(
@@ -70,8 +70,8 @@ descriptives <- function(cells, logs, confidence, sample) {
       under(paste0("descriptives.", i - 1, "."), c(
         n = length(x), mean = mean(x), maximum_deviation = far, sd_sample = sd(x),
         sd_population = population, median = median(x), geometric_n = length(y),
-        geometric_mean = exp(mean(y)), mean_low = m[1], mean_high = m[2], geometric_low = g[1],
-        geometric_high = g[2], within_low = exp(mean(y) - half[i]), within_high = exp(mean(y) + half[i]))))
+        geometric_mean = exp(mean(y)), mean_low = max(m[1], 0), mean_high = min(m[2], most), geometric_low = g[1],
+        geometric_high = min(g[2], most), within_low = exp(mean(y) - half[i]), within_high = min(exp(mean(y) + half[i]), most))))
   }
   out
 }
@@ -658,7 +658,7 @@ estimates <- function(settings, names_wanted, data) {
   law <- power_law(logs, levels, confidence)
   ranks <- friedman(cells)
   out <- c(
-    descriptives(cells, logs, confidence, settings[["standard_deviation"]] == "sample"),
+    descriptives(cells, logs, confidence, settings[["standard_deviation"]] == "sample", as.numeric(settings[["largest_mean"]])),
     under("friedman.", ranks), under("power_law.", law), under("rm_anova.", rm_anova(logs, confidence)),
     under("page_trend.", page_trend(cells)),
     under("linear_trend.", linear_trend(logs, levels, confidence)),

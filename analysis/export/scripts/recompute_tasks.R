@@ -435,6 +435,8 @@ matching_of <- function(rows, confidence) {
     under("bias.", mean_test(own - reference, confidence)), under("direction.", mean_test(sides[, 2] - sides[, 1], confidence)))
 }
 
+ends_of <- function(rows) if (all(is.na(rows$categories))) c(0, 100) else c(1, max(rows$categories, na.rm = TRUE))
+within <- function(ends, possible) pmin(pmax(ends, possible[1]), possible[2])
 ratings_of <- function(rows, confidence) {
   main <- rows[!rows$catch, ]
   caught <- rows[rows$catch, ]
@@ -442,28 +444,27 @@ ratings_of <- function(rows, confidence) {
   cells <- person_means(main$rating, main$participant_id, factor(main$surface, surfaces))
   plain <- surfaces %in% main$surface[!is.na(main$level)]
   steps <- unique(rows$resolution[!is.na(rows$resolution)])
-  categories <- unique(main$categories[!is.na(main$categories)])
-  bounds <- if (length(categories)) c(1, categories) else c(0, 100)
+  bounds <- ends_of(rows)
   each <- lapply(seq_along(surfaces), function(i) {
     own <- cells[!is.na(cells[, i]), i]
     there <- main$rating[main$surface == surfaces[i]]
-    ends <- if (length(own) >= 3 && sd(own) > 0) mean_and_ends(own, confidence)[2:3] else c(NA, NA)
+    ends <- if (length(own) >= 3 && sd(own) > 0) within(mean_and_ends(own, confidence)[2:3], bounds) else c(NA, NA)
     c(participants = length(own), ratings = length(there), mean = mean(own), sd = sd(own),
       interval.0 = ends[1], interval.1 = ends[2], at_left = sum(there == bounds[1]), at_right = sum(there == bounds[2]))
   })
   c(participants = nrow(cells), answers = nrow(main), catch_trials = nrow(caught),
     catch_mean = if (nrow(caught)) mean(tapply(caught$rating, caught$participant_id, mean)) else NA,
-    categories = if (length(categories)) categories else NA,
+    categories = if (bounds[1] == 1) bounds[2] else NA,
     resolution = if (length(steps) == 1) steps else NA, numbered("surfaces.", each), under("friedman.", friedman(cells)),
-    under("page_trend.", page_trend(cells[, plain, drop = FALSE])), rating_pairs(cells, confidence),
+    under("page_trend.", page_trend(cells[, plain, drop = FALSE])), rating_pairs(cells, confidence, diff(bounds)),
     under("start_effect.", mean_test(start_slopes(main), confidence)))
 }
-rating_pairs <- function(cells, confidence) {
+rating_pairs <- function(cells, confidence, length_of_scale) {
   pairs <- lapply(asplit(combn(ncol(cells), 2), 2), function(pair) {
     d <- cells[, pair[2]] - cells[, pair[1]]
     d <- d[!is.na(d)]
     c(participants = length(d), p_wilcoxon = if (length(d) >= 3) signed_rank(d) else NA,
-      under("difference.", mean_test(d, confidence)))
+      under("difference.", mean_test(d, confidence, c(-1, 1) * length_of_scale)))
   })
   numbered("pairs.", pairs)
 }
@@ -485,7 +486,7 @@ rating_conditions <- function(rows, confidence) {
     if (length(labels) < 2) return(NULL)
     rated <- tapply(own$rating, list(own$participant_id, own$surface, factor(own[[column]], labels)), mean)
     cells <- round(t(apply(rated, 1, function(own) colMeans(whole_rows(own)))), 9)
-    c(under("friedman.", friedman(cells)), rating_pairs(cells, confidence))
+    c(under("friedman.", friedman(cells)), rating_pairs(cells, confidence, diff(ends_of(own))))
   }, compared$factor, compared$task))))
 }
 

@@ -8,7 +8,8 @@ from slipscale.analysis.tasks.estimation.statistics import RM_ANOVA
 from slipscale.analysis.tasks.kind import Analysis
 from slipscale.analysis.writing import html
 from slipscale.analysis.writing.html import ReportSection
-from slipscale.analysis.writing.numbers import counted, grouped, p_value, reliable
+from slipscale.analysis.writing.numbers import counted, grouped, p_value
+from slipscale.analysis.writing.verdicts import reliable
 
 
 def assumptions(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSection:

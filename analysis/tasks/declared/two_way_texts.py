@@ -10,9 +10,9 @@ from slipscale.analysis.writing.numbers import (
     number,
     p_cell,
     p_value,
-    reliable,
     unit_number,
 )
+from slipscale.analysis.writing.verdicts import DIFFERED, verdict
 
 if TYPE_CHECKING:
     from markupsafe import Markup
@@ -58,8 +58,7 @@ def anova_sentence(
     """
     factor, levels = names
     means, growth = (
-        "differed" if reliable(effects[place].p, confidence) else "did not differ reliably"
-        for place in (0, 2)
+        verdict(DIFFERED, effects[place].p, confidence, effects[place].df2) for place in (0, 2)
     )
     return (
         f"In an analysis of variance of log estimates with {factor} and {quantity.name} as "

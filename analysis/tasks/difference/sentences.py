@@ -16,8 +16,8 @@ from slipscale.analysis.writing.numbers import (
     number,
     of_size,
     p_value,
-    reliable,
 )
+from slipscale.analysis.writing.verdicts import DEPENDED, reliable, verdict
 from slipscale.stimuli.quantity import PLATE_AMPLITUDE, Quantity
 
 if TYPE_CHECKING:
@@ -52,7 +52,7 @@ def psychometric(
     if isinstance(found, NotComputed):
         size = quantity.yes_no.size
         return f"No curve of “{quantity.yes}” against {size} was fitted: {found.reason}."
-    verb = "depended" if reliable(found.p, confidence) else "did not depend reliably"
+    verb = verdict(DEPENDED, found.p, confidence, found.df)
     size, per, written = _measured(found, quantity)
     level = level_of(confidence)
     write = of_size(found.log_odds_per_unit)
@@ -90,7 +90,7 @@ def _of_few(found: PsychometricCurve, confidence: float, what: str, size: str) -
     rose, fell = sum(z > least for z in zs), sum(z < -least for z in zs)
     fallen = f" and fell in {fell}" if fell else ""
     return (
-        f"{what} rose reliably with {size} in {rose}{fallen} of {found.n} participants (z of "
+        f"{what} rose with {size} in {rose}{fallen} of {found.n} participants (z of "
         f"their own logistic curves: {number(zs[0])} to {number(zs[-1])}). Whether it does so in a "
         "population cannot be tested with so few participants. In the curve of all participants, "
     )
@@ -198,11 +198,14 @@ def sensitivity(found: SignalDetection, confidence: float, quantity: Quantity) -
     limits = "" if "[" in text else "limits of "
     level = f" ({limits}{level_of(confidence)} intervals)" if "d′" in text else ""
     mean = found.mean_d_prime
+    open_end = ""
+    if mean and not (isfinite(mean.interval.low) and isfinite(mean.interval.high)):
+        open_end = " (without a bound where a participant made no error)"
     own = (
         ""
         if not mean
         else f" The mean of individual d′ values was {number(mean.mean)}, "
-        f"{level_of(confidence)} CI {bracketed(mean.interval)}."
+        f"{level_of(confidence)} CI {bracketed(mean.interval)}{open_end}."
     )
     return f"Sensitivity was {text}{level}.{own}"
 

@@ -15,7 +15,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from slipscale.analysis.json_form import OurName, renamed
-from slipscale.analysis.preprocessing.sufficiency import FEWEST, TINY, few
+from slipscale.analysis.preprocessing.sufficiency import FEWEST, TINY, few, few_degrees
 from slipscale.analysis.statistics.confidence_interval import ConfidenceInterval
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.experiments.dataset.schema import PARTICIPANT
@@ -24,9 +24,6 @@ from slipscale.stimuli.quantity import PLATE_AMPLITUDE, Quantity
 Measure = Literal["removed_level", "weber_fraction"]
 #: Intercept and slope of the curve.
 COEFFICIENTS = 2
-#: With so few degrees of freedom, a test of the population has hardly any power, and each
-#: participant's own curve is reported.
-FEW_DF = 3
 #: Log odds of 90 % "yes".
 NEARLY_ALL = float(np.log(9))
 
@@ -62,7 +59,7 @@ class PsychometricCurve:
     n, answers : int
         Counts of participants and of answered steps.
     own_z : Mapping
-        z of the slope of each participant's own logistic curve, if ``df`` is `FEW_DF` or less;
+        z of the slope of each participant's own logistic curve, if ``df`` is small;
         without participants whose answers have no finite slope.
     """
 
@@ -240,7 +237,7 @@ def _fit(
         correlation=float(model.cov_struct.dep_params),
         n=n,
         answers=len(frame),
-        own_z=_own_z(frame) if df <= FEW_DF else {},
+        own_z=_own_z(frame) if few_degrees(df) else {},
     )
 
 

@@ -19,6 +19,7 @@ from slipscale.analysis.statistics.confidence_interval import ConfidenceInterval
 from slipscale.analysis.statistics.mean_over_participants import (
     MeanOverParticipants,
     mean_over_participants,
+    unbounded,
 )
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.statistics.psychometrics.psychometric_function import (
@@ -383,7 +384,12 @@ def _mean_of_own(
             f"with a change and {TRIALS_FOR_OWN} without per participant (fewest here: {fewest}); "
             "with fewer, the correction for counts of 0 shrinks d' towards 0"
         )
-    return mean_over_participants(np.array([each.d_prime for each in own.values()]), confidence)
+    everyone = own.values()
+    return unbounded(
+        mean_over_participants(np.array([each.d_prime for each in everyone]), confidence),
+        below=any(not each.hits or each.false_alarms == each.catches for each in everyone),
+        above=any(each.hits == each.changes or not each.false_alarms for each in everyone),
+    )
 
 
 def _sensitivity(hits: int, changes: int, false_alarms: int, catches: int) -> Sensitivity:

@@ -23,8 +23,8 @@ from slipscale.analysis.writing.numbers import (
     level_of,
     p_cell,
     p_value,
-    reliable,
 )
+from slipscale.analysis.writing.verdicts import reliable
 from slipscale.stimuli.quantity import Quantity
 
 #: Whether a pair differs significantly, and whether it is equivalent -> conclusion.

@@ -39,7 +39,8 @@ from slipscale.analysis.tasks.estimation.statistics import (
 )
 from slipscale.analysis.tasks.kind import Analysis, TaskAnalysis
 from slipscale.analysis.writing.html import ReportSection
-from slipscale.analysis.writing.numbers import counted, joined, reliable
+from slipscale.analysis.writing.numbers import counted, joined
+from slipscale.analysis.writing.verdicts import reliable
 
 
 def _equal(analysis: Analysis) -> list[str]:

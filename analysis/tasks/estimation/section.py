@@ -109,7 +109,8 @@ def arithmetic_table(analysis: Analysis) -> Markup:
         rows,
         "Arithmetic means of participants' mean normalised estimates. Max. dev.: largest distance "
         f"of any participant from the mean. SD: {convention} standard deviation "
-        f"({'n − 1' if convention == 'sample' else 'n'} in the denominator)."
+        f"({'n − 1' if convention == 'sample' else 'n'} in the denominator). Intervals are limited "
+        "to possible means; there is none for fewer than three participants or for equal values."
         + (f" The paper: Table III, n = {biet2007.PARTICIPANTS}." if beside else ""),
         over=[("", 2), ("this study", 5), ("the paper", 3)] if beside else (),
     )

@@ -15,10 +15,9 @@ from slipscale.analysis.writing.numbers import (
     number,
     of_size,
     p_value,
-    page_sentence,
-    reliable,
     unit_number,
 )
+from slipscale.analysis.writing.verdicts import DEPENDED, DIFFERED, page_sentence, reliable, verdict
 from slipscale.stimuli.quantity import Quantity, capitalised
 
 if TYPE_CHECKING:
@@ -85,7 +84,7 @@ def _degrees(df: float, epsilon: float) -> str:
 def rm_anova(found: RmAnova, confidence: float, quantity: Quantity) -> str:
     """Return a sentence on the repeated-measures ANOVA."""
     epsilon = found.epsilon_gg
-    verb = "differed" if reliable(found.p_gg, confidence) else "did not differ reliably"
+    verb = verdict(DIFFERED, found.p_gg, confidence, found.df2 * epsilon)
     ci = _ci(found.eta2_generalised_interval, confidence, unit_number)
     correction = f"; Greenhouse-Geisser ε = {unit_number(epsilon)}" if found.df1 > 1 else ""
     which = quantity.levels
@@ -103,7 +102,7 @@ def rm_anova(found: RmAnova, confidence: float, quantity: Quantity) -> str:
 
 def friedman(found: Friedman, confidence: float, quantity: Quantity) -> str:
     """Return a sentence on Friedman's test."""
-    verb = "differed" if reliable(found.p, confidence) else "did not differ reliably"
+    verb = verdict(DIFFERED, found.p, confidence, found.n - 1)
     return (
         f"Estimates {verb} between {quantity.levels} (Friedman's test on ranks, "
         f"χ²({found.df}, n = {found.n}) = {number(found.chi2)}, {p_value(found.p)}, Kendall's W = "
@@ -161,7 +160,7 @@ def pairwise_logs(
     tested = [(pair, pair.logs) for pair in pairs if pair.logs]
     if len(pairs) == len(tested) == 1:
         only = tested[0][1]
-        verb = "differed" if reliable(only.p, confidence) else "did not differ reliably"
+        verb = verdict(DIFFERED, only.p, confidence, only.df)
         return (
             f"Log estimates {verb} between the two {quantity.levels}, t({only.df}) = "
             f"{number(only.t)}, {p_value(only.p)}, d_z = {number(only.d_z)}"
@@ -243,7 +242,7 @@ def pairwise_ranks(
         return f"Estimates were the same at all {quantity.levels}, so no pair was tested."
     if len(pairs) == 1:
         pair, ranks = pairs[0], pairs[0].ranks
-        verb = "differed" if reliable(ranks.p, confidence) else "did not differ reliably"
+        verb = verdict(DIFFERED, ranks.p, confidence, pair.n - 1)
         return (
             f"Estimates {verb} between the two {quantity.levels} (Wilcoxon signed-rank test, "
             f"{p_value(ranks.p)}; of {pair.n} participants, {ranks.up} gave higher and "
@@ -301,15 +300,13 @@ def _all_pairs(
     smallest = p_value(min(p for _, p, _ in doubtful)).replace("=", "≥")
     if len(doubtful) == len(rows):
         many = f"any of the {len(rows)} pairs" if len(rows) > 1 else "the one pair tested"
-        return (
-            f"{what} did not differ reliably for {many} of {quantity.levels} ({how}, all "
-            f"{smallest})."
-        )
+        verb = verdict(DIFFERED, min(p for _, p, _ in doubtful), confidence, counts[0] - 1)
+        return f"{what} {verb} for {many} of {quantity.levels} ({how}, all {smallest})."
     told = f"{what} differed for {len(rows) - len(doubtful)} of the {len(rows)} pairs"
     listed = joined([f"{_pair(pair, quantity)} ({p_value(p)}, n = {n})" for pair, p, n in doubtful])
     if len(doubtful) > MOST_LISTED:
         listed = f"the other {len(doubtful)} pairs (all {smallest})"
-    return f"{told} of {quantity.levels} ({how}). There was no significant difference for {listed}."
+    return f"{told} of {quantity.levels} ({how}). No difference was shown for {listed}."
 
 
 def growth(found: Growth, _confidence: float, _quantity: Quantity) -> str:
@@ -374,7 +371,6 @@ def bayesian_growth(found: BayesianGrowth, confidence: float, quantity: Quantity
 
 def order(found: OrderEffects, confidence: float, quantity: Quantity) -> str | None:
     """Return a sentence on order effects and carry-over."""
-    joint = {"depended": ", and ", "did not depend reliably": ", or "}
     effects: dict[str, list[str]] = {}
     for slope, words in (
         (found.log_slope_per_trial, "trial position"),
@@ -382,11 +378,14 @@ def order(found: OrderEffects, confidence: float, quantity: Quantity) -> str | N
     ):
         if not slope:
             continue
-        verb = "depended" if reliable(slope.p, confidence) else "did not depend reliably"
+        verb = verdict(DEPENDED, slope.p, confidence, slope.df)
         effects.setdefault(verb, []).append(
             f"on {words}, t({slope.df}) = {number(slope.t)}, {p_value(slope.p)}"
         )
-    texts = [f"{verb} {joint[verb].join(parts)}" for verb, parts in effects.items()]
+    texts = [
+        f"{verb} {(', and ' if verb == DEPENDED.past else ', or ').join(parts)}"
+        for verb, parts in effects.items()
+    ]
     return f"Estimates {'; they '.join(texts)}." if texts else None
 
 

@@ -29,8 +29,8 @@ from slipscale.stimuli.quantity import Quantity
 VERDICTS = {
     "agrees": "agrees with the Weber fraction",
     "does not agree": "does not agree with the Weber fraction",
-    "undecided": "does not differ reliably from the value expected from the Weber fraction, but "
-    "the interval is too wide to show agreement",
+    "undecided": "can be neither shown to agree with the Weber fraction nor to differ from it, "
+    "because the interval is too wide",
 }
 
 

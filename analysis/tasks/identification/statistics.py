@@ -151,7 +151,7 @@ def _task(task: str, rows: pd.DataFrame, confidence: float) -> TaskIdentificatio
         mean_information_bits=mean_over_participants(
             np.array([information_bits(each)[1] for each in tables]), confidence
         ),
-        share_right=mean_over_participants(shares, confidence),
+        share_right=mean_over_participants(shares, confidence, (0.0, 1.0)),
         trials_per_cell=len(rows) / len(tables) / len(items) ** 2,
     )
 

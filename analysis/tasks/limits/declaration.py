@@ -17,9 +17,9 @@ from slipscale.analysis.writing.numbers import (
     level_of,
     number,
     p_value,
-    reliable,
 )
 from slipscale.analysis.writing.points import SIZE, draw_means, draw_people
+from slipscale.analysis.writing.verdicts import DIFFERED, verdict
 from slipscale.figure_style import canvas, styled
 from slipscale.stimuli.quantity import Quantity
 
@@ -68,7 +68,7 @@ class _Limits(OneStatistic[TaskLimits]):
     def task_remarks(self, task: TaskLimits, confidence: float, quantity: Quantity) -> list[str]:
         remarks, error = [], task.constant_error_level
         if not isinstance(error, NotComputed):
-            verb = "differed" if reliable(error.p, confidence) else "did not differ reliably"
+            verb = verdict(DIFFERED, error.p, confidence, error.df)
             remarks.append(
                 f"Thresholds of descending and ascending series {verb} (difference "
                 f"{quantity.value(number(error.mean, 3))}, t({error.df}) = {number(error.t)}, "

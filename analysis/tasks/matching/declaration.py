@@ -20,9 +20,9 @@ from slipscale.analysis.writing.numbers import (
     measured,
     number,
     p_value,
-    reliable,
 )
 from slipscale.analysis.writing.task_names import task_name
+from slipscale.analysis.writing.verdicts import WERE_BIASED, verdict
 from slipscale.experiments.dataset.schema import PARTICIPANT
 from slipscale.figure_style import BLUE, GREY, INK, VERMILION, canvas, styled
 
@@ -62,9 +62,9 @@ def _answer(found: MatchedReference, confidence: float, quantity: Quantity) -> s
     bias = found.bias_level
     if isinstance(bias, NotComputed):
         return f"{what}; the bias was not tested ({bias.reason})."
-    called = "a reliable bias" if reliable(bias.p, confidence) else "no reliable bias"
+    verb = verdict(WERE_BIASED, bias.p, confidence, bias.df)
     return (
-        f"{what}, with {called} ({quantity.value(written(bias.mean))}, {level_of(confidence)} CI "
+        f"{what}. Matches {verb} ({quantity.value(written(bias.mean))}, {level_of(confidence)} CI "
         f"{bracketed(bias.interval, written)}, t({bias.df}) = {number(bias.t)}, {p_value(bias.p)})."
     )
 

@@ -26,9 +26,9 @@ from slipscale.analysis.writing.numbers import (
     level_of,
     number,
     p_value,
-    reliable,
 )
 from slipscale.analysis.writing.points import SIZE
+from slipscale.analysis.writing.verdicts import CHANGED, verdict
 from slipscale.figure_style import BLUE, ORANGE, PALE, canvas, styled
 from slipscale.stimuli.quantity import Quantity
 
@@ -64,7 +64,7 @@ def _gain(name: str, task: TaskPointing, confidence: float) -> list[str]:
     rate, time = task.throughput_gain_bit_s, task.time_gain_s
     if not (rate and time):
         return []
-    verb = "changed" if reliable(rate.p, confidence) else "did not change reliably"
+    verb = verdict(CHANGED, rate.p, confidence, rate.df)
     return [
         (
             f"{name}: with feedback, throughput {verb} (difference "

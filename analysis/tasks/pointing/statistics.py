@@ -19,6 +19,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from math import inf
 
 import numpy as np
 import pandas as pd
@@ -186,17 +187,17 @@ def _condition(feedback: str, rows: pd.DataFrame, confidence: float) -> Feedback
     found = [_person(str(who), own) for who, own in rows.groupby(PARTICIPANT, observed=True)]
     people = tuple(each for each, _ in found)
 
-    def mean(name: str) -> MeanOrReason:
+    def mean(name: str, possible: tuple[float, float] = (-inf, inf)) -> MeanOrReason:
         values = np.array([getattr(each, name) for each in people], np.float64)
-        return mean_over_participants(values, confidence)
+        return mean_over_participants(values, confidence, possible)
 
     return FeedbackPointing(
         feedback=feedback,
         movements=len(rows),
         left_out=sum(left_out for _, left_out in found),
-        throughput_bit_s=mean("throughput_bit_s"),
-        movement_time_s=mean("movement_time_s"),
-        error_share=mean("error_share"),
+        throughput_bit_s=mean("throughput_bit_s", (0.0, inf)),
+        movement_time_s=mean("movement_time_s", (0.0, inf)),
+        error_share=mean("error_share", (0.0, 1.0)),
         intercept_s=mean("intercept_s"),
         slope_s_per_bit=mean("slope_s_per_bit"),
         people=people,

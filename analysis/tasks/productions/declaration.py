@@ -69,7 +69,7 @@ def _answer(name: str, found: TaskProductions, confidence: float, quantity: Quan
 def _both(found: BothExponents, confidence: float) -> str:
     low, high = found.ratio_interval
     differs = (
-        "which is not a reliable difference"
+        "which is compatible with no difference"
         if low <= 1 <= high
         else "consistent with the regression bias in magnitude production"
         if found.ratio > 1

@@ -24,7 +24,7 @@ from slipscale.analysis.statistics.repeated_measures.pairwise import TIED_DECIMA
 from slipscale.analysis.statistics.statistic import Family, Inputs, Named, Statistic
 from slipscale.analysis.tasks.kind import Analysis
 from slipscale.analysis.tasks.ratings.pairs import RatedPair, corrected, pairs_of
-from slipscale.analysis.tasks.ratings.statistics import TRIALS
+from slipscale.analysis.tasks.ratings.statistics import TRIALS, ends_of
 from slipscale.analysis.writing import html
 from slipscale.analysis.writing.factor_words import factor_level, factor_name
 from slipscale.analysis.writing.html import ReportSection
@@ -35,10 +35,10 @@ from slipscale.analysis.writing.numbers import (
     level_of,
     number,
     p_value,
-    reliable,
     unit_number,
 )
 from slipscale.analysis.writing.task_names import task_name
+from slipscale.analysis.writing.verdicts import DIFFERED, verdict
 from slipscale.experiments.dataset.schema import PARTICIPANT
 
 TITLE = "Ratings by condition"
@@ -90,11 +90,12 @@ def _compared(task: str, name: str, rows: pd.DataFrame, confidence: float) -> Fa
     table = cells.dropna().groupby(PARTICIPANT, observed=True).mean().round(TIED_DECIMALS)
     table = table[sorted(table.columns, key=numbers_first)]
     people = rows[PARTICIPANT].nunique()
+    low, high = ends_of(rows)
     return FactorRatings(
         task=task,
         factor=name.removeprefix(FACTOR),
         friedman=friedman_of(table, people - len(table)),
-        pairs=pairs_of(table, confidence),
+        pairs=pairs_of(table, confidence, high - low),
     )
 
 
@@ -111,7 +112,7 @@ def sentences(analysis: Analysis) -> list[str]:
 def _parts(found: FactorRatings, confidence: float) -> Iterator[str]:
     test = found.friedman
     if test:
-        verb = "differed" if reliable(test.p, confidence) else "did not differ reliably"
+        verb = verdict(DIFFERED, test.p, confidence, test.n - 1)
         yield (
             f"mean ratings {verb} between levels (Friedman's test, χ²({test.df}, n = {test.n}) = "
             f"{number(test.chi2)}, {p_value(test.p)}, Kendall's W = {unit_number(test.kendalls_w)})"

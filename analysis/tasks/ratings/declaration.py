@@ -13,7 +13,7 @@ from slipscale.analysis.json_form import JsonObject, renamed
 from slipscale.analysis.preprocessing.log_transform import Prepared
 from slipscale.analysis.reading.dataset import Dataset
 from slipscale.analysis.reading.surface_labels import with_unit
-from slipscale.analysis.statistics.not_computed import NotComputed, computed
+from slipscale.analysis.statistics.not_computed import NotComputed, computed, missing
 from slipscale.analysis.statistics.statistic import SessionTable
 from slipscale.analysis.tasks.declared.flat_table import flat_rows
 from slipscale.analysis.tasks.declared.one_statistic import Blocks, Figures, OneStatistic, Svgs
@@ -34,12 +34,11 @@ from slipscale.analysis.writing.numbers import (
     level_of,
     number,
     p_value,
-    page_sentence,
-    reliable,
     unit_number,
 )
 from slipscale.analysis.writing.points import SIZE, draw_means, draw_people
 from slipscale.analysis.writing.task_names import task_name
+from slipscale.analysis.writing.verdicts import DIFFERED, page_sentence, verdict
 from slipscale.figure_style import GREY, canvas, styled
 from slipscale.stimuli.quantity import Quantity
 
@@ -53,7 +52,7 @@ def _tests(found: TaskRatings, confidence: float, quantity: Quantity) -> str:
     if isinstance(friedman, NotComputed):
         texts.append(f"Whether ratings differ between surfaces was not tested: {friedman.reason}.")
     else:
-        verb = "differed" if reliable(friedman.p, confidence) else "did not differ reliably"
+        verb = verdict(DIFFERED, friedman.p, confidence, friedman.n - 1)
         texts.append(
             f"Ratings {verb} between surfaces (Friedman's test on ranks, χ²({friedman.df}, "
             f"n = {friedman.n}) = {number(friedman.chi2)}, {p_value(friedman.p)}, Kendall's W = "
@@ -80,7 +79,7 @@ def _biases(found: TaskRatings, confidence: float) -> list[str]:
         )
     else:
         low, high = start.interval
-        doubt = ", which is not a reliable shift" if low <= 0 <= high else ""
+        doubt = ", which is compatible with no shift" if low <= 0 <= high else ""
         texts.append(
             "When the mark started 10 points further to the right, ratings were shifted "
             f"{number(10 * abs(start.mean))} points to the "
@@ -114,19 +113,21 @@ def _rating_table(task: TaskRatings, quantity: Quantity) -> Markup:
             each.surface,
             str(each.ratings),
             number(each.mean, 1),
-            bracketed(each.interval, _one),
+            cell(each.interval, lambda bounds: bracketed(bounds, _one)),
             number(each.sd, 1),
             str(each.at_left),
             str(each.at_right),
         ]
         for each in task.surfaces
     ]
+    reasons = dict.fromkeys(one.reason for one in missing(each.interval for each in task.surfaces))
+    without = f" Without an interval: {'; '.join(reasons)}." if reasons else ""
     return html.table(
         html.columns("Surface", "Ratings", "Mean", "CI", "SD", *ends, left=1),
         rows,
         f"{_numbers(task)}; {quantity.levels} in "
-        f"{quantity.unit}{quantity.behind}. Mean, t-based interval and standard deviation "
-        "across participants (one value each).",
+        f"{quantity.unit}{quantity.behind}. Mean, t-based interval (limited to the range of "
+        f"the scale) and standard deviation across participants (one value each).{without}",
     )
 
 
@@ -185,7 +186,7 @@ def ratings(found: TaskRatings, trials: pd.DataFrame, quantity: Quantity) -> Fig
         axes,
         places,
         [each.mean for each in found.surfaces],
-        [each.interval for each in found.surfaces],
+        [computed(each.interval) for each in found.surfaces],
     )
     low, high = (0, 100) if found.categories is None else (1, found.categories)
     room = 0.03 * (high - low)

@@ -44,10 +44,11 @@ class RatedPair:
     p_wilcoxon_holm: float
 
 
-def pairs_of(table: pd.DataFrame, confidence: float) -> tuple[RatedPair, ...]:
+def pairs_of(table: pd.DataFrame, confidence: float, length: float) -> tuple[RatedPair, ...]:
     """Compare all pairs of columns in a table with one row per participant.
 
-    The p-values are not corrected; see `corrected`.
+    ``length`` is the distance between the ends of the scale, the largest possible difference. The
+    p-values are not corrected; see `corrected`.
     """
     pairs = list(combinations(table.columns, 2))
     steps = [(table[other] - table[one]).dropna().to_numpy(float) for one, other in pairs]
@@ -56,7 +57,7 @@ def pairs_of(table: pd.DataFrame, confidence: float) -> tuple[RatedPair, ...]:
         RatedPair(
             from_surface=str(one),
             to_surface=str(other),
-            difference=mean_over_participants(each, confidence),
+            difference=mean_over_participants(each, confidence, (-length, length)),
             participants=len(each),
             p_wilcoxon=p,
             p_wilcoxon_holm=p,

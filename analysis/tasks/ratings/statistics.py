@@ -89,8 +89,9 @@ class RatedSurface:
         Counts of participants and ratings.
     mean, sd : float, float or None
         Mean and standard deviation (n - 1) of participants' mean ratings.
-    interval : ConfidenceInterval or None
-        t-based interval for the mean; None for fewer than three participants.
+    interval : ConfidenceInterval or NotComputed
+        t-based interval for the mean, within the ends of the scale. Not computed for fewer than
+        three participants or equal means.
     at_left, at_right : int
         Counts of ratings at the left and right ends of the scale.
     """
@@ -100,7 +101,7 @@ class RatedSurface:
     ratings: int
     mean: float
     sd: float | None
-    interval: ConfidenceInterval | None
+    interval: ConfidenceInterval | NotComputed
     at_left: int
     at_right: int
 
@@ -174,6 +175,12 @@ def cells(main: pd.DataFrame) -> pd.DataFrame:
     return means[list(in_order({str(name) for name in means.columns}))]
 
 
+def ends_of(rows: pd.DataFrame) -> tuple[float, float]:
+    """Return the smallest and the largest possible rating of a task."""
+    categories = rows["categories"]
+    return ENDS if categories.isna().all() else (1.0, float(categories.max()))
+
+
 def _task(task: str, rows: pd.DataFrame, confidence: float, quantity: Quantity) -> TaskRatings:
     main, catch = rows[~rows["catch"]], rows[rows["catch"]]
     table = cells(main)
@@ -181,8 +188,7 @@ def _task(task: str, rows: pd.DataFrame, confidence: float, quantity: Quantity) 
     whole = table.dropna()
     amplitudes = table[[name for name in table.columns if name in plain]]
     steps = rows["resolution"].dropna().unique()
-    categories = None if rows["categories"].isna().all() else int(rows["categories"].max())
-    ends = ENDS if categories is None else (1.0, float(categories))
+    ends = ends_of(rows)
     return TaskRatings(
         task=task,
         participants=len(table),
@@ -191,7 +197,7 @@ def _task(task: str, rows: pd.DataFrame, confidence: float, quantity: Quantity) 
         catch_mean=float(catch.groupby(PARTICIPANT, observed=True)["rating"].mean().mean())
         if len(catch)
         else None,
-        categories=categories,
+        categories=None if ends == ENDS else int(ends[1]),
         resolution=float(steps[0]) if len(steps) == 1 else None,
         surfaces=tuple(
             _surface(name, main[main["surface"] == name], table[name], ends, confidence)
@@ -201,7 +207,7 @@ def _task(task: str, rows: pd.DataFrame, confidence: float, quantity: Quantity) 
         page_trend=page_trend_of(
             amplitudes.dropna(), len(table) - len(amplitudes.dropna()), quantity
         ),
-        pairs=pairs_of(table, confidence),
+        pairs=pairs_of(table, confidence, ends[1] - ends[0]),
         start_effect=start_effect(main, confidence),
     )
 
@@ -214,7 +220,7 @@ def _surface(
     confidence: float,
 ) -> RatedSurface:
     own = np.asarray(means.dropna(), np.float64)
-    found = mean_over_participants(own, confidence)
+    found = mean_over_participants(own, confidence, ends)
     left, right = (int((rows["rating"] == end).sum()) for end in ends)
     return RatedSurface(
         surface=name,
@@ -222,7 +228,7 @@ def _surface(
         ratings=len(rows),
         mean=float(own.mean()),
         sd=float(own.std(ddof=1)) if len(own) > 1 else None,
-        interval=found.interval if found else None,
+        interval=found if isinstance(found, NotComputed) else found.interval,
         at_left=left,
         at_right=right,
     )
@@ -280,7 +286,7 @@ class _Ratings(Statistic[tuple[TaskRatings, ...]]):
         "[[friedman1937]], between pairs of surfaces by Wilcoxon signed-rank tests "
         "[[wilcoxon1945]] with Holm's correction across all pairs [[holm1979]], and across ordered "
         "{q.levels} by Page's test [[page1963]]. Ratings were not normalised, and means have "
-        "t-based intervals."
+        "t-based intervals, limited to the range of the scale."
     )
     conclusions = (
         Named("*.friedman.p", "{0}: ratings differ between surfaces (Friedman's test)"),

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from math import isfinite
+
 import numpy as np
 from matplotlib.figure import Figure
 
 from slipscale.analysis.json_form import JsonObject, renamed
 from slipscale.analysis.reading.surface_labels import with_unit
+from slipscale.analysis.statistics.confidence_interval import ConfidenceInterval
+from slipscale.analysis.statistics.mean_over_participants import MeanOverParticipants
 from slipscale.analysis.statistics.not_computed import computed
 from slipscale.analysis.tasks.declared.flat_table import flat_rows
 from slipscale.analysis.tasks.declared.one_statistic import Blocks, Figures, OneStatistic, Svgs
@@ -17,7 +21,7 @@ from slipscale.analysis.tasks.same_different.statistics import (
     TaskPairs,
 )
 from slipscale.analysis.writing import html
-from slipscale.analysis.writing.numbers import bracketed, cell, counted, joined, number
+from slipscale.analysis.writing.numbers import bracketed, cell, counted, joined, level_of, number
 from slipscale.analysis.writing.points import SIZE, draw_means
 from slipscale.figure_style import GREY, ORANGE, canvas, styled
 from slipscale.stimuli.quantity import Quantity
@@ -32,13 +36,34 @@ def _pair(pair: PairSensitivity, quantity: Quantity) -> str:
     return f"{with_unit(pair.first, quantity)} and {with_unit(pair.second, quantity)}"
 
 
+def _d_prime(pair: PairSensitivity, confidence: float) -> str:
+    mean = computed(pair.mean_d_prime)
+    if not pair.at_ceiling:
+        return number(pair.d_prime)
+    if mean and isfinite(mean.interval.low):
+        return f"at least {number(mean.interval.low)}, {level_of(confidence)} bound of the mean,"
+    return "without an upper bound"
+
+
+def _bounds(mean: MeanOverParticipants) -> str:
+    low, high = mean.interval
+    if isfinite(low) and isfinite(high):
+        return bracketed(mean.interval)
+    return f"≥ {number(low)}" if isfinite(low) else f"≤ {number(high)}"
+
+
+def _drawn(mean: MeanOverParticipants) -> ConfidenceInterval:
+    low, high = (end if isfinite(end) else mean.mean for end in mean.interval)
+    return ConfidenceInterval(low, high, mean.interval.confidence)
+
+
 @styled
 def sensitivities(task: TaskPairs) -> Figure:
     """Plot d' for each pair: the mean across participants, and the value from pooled answers."""
     figure, axes = canvas(size=SIZE)
     for place, each in enumerate(task.pairs):
         if found := computed(each.mean_d_prime):
-            draw_means(axes, np.array([float(place)]), [found.mean], [found.interval])
+            draw_means(axes, np.array([float(place)]), [found.mean], [_drawn(found)])
         axes.plot([place], [each.d_prime], "x", color=ORANGE, markersize=6, zorder=5)
     names = [f"{each.first}\n{each.second}" for each in task.pairs]
     axes.set_xticks(range(len(names)), names)
@@ -56,8 +81,8 @@ class _SameDifferent(OneStatistic[TaskPairs]):
     what = "same–different"
     title = "Same–different"
 
-    def task_answer(self, task: TaskPairs, _confidence: float, quantity: Quantity) -> str:
-        pairs = [f"{number(each.d_prime)} ({_pair(each, quantity)})" for each in task.pairs]
+    def task_answer(self, task: TaskPairs, confidence: float, quantity: Quantity) -> str:
+        pairs = [f"{_d_prime(each, confidence)} ({_pair(each, quantity)})" for each in task.pairs]
         return (
             f"{self.task_name(task, quantity)}, {counted(task.answers, 'answer', 'answers')} from "
             f"{counted(task.participants, 'participant', 'participants')}: d' by the "
@@ -74,7 +99,7 @@ class _SameDifferent(OneStatistic[TaskPairs]):
                 number(each.d_prime),
                 number(each.criterion),
                 cell(each.mean_d_prime, lambda mean: number(mean.mean)),
-                cell(each.mean_d_prime, lambda mean: bracketed(mean.interval)),
+                cell(each.mean_d_prime, _bounds),
             ]
             for each in task.pairs
         ]
@@ -85,7 +110,8 @@ class _SameDifferent(OneStatistic[TaskPairs]):
                 f"Mean d' across participants with a t-based {level:g} % interval; crosses: d' of "
                 "all answers pooled. At d' = 0 (dotted), participants cannot tell the pair apart; "
                 "d' is negative if “different” was less frequent for the pair than for same "
-                "surfaces.",
+                "surfaces. A bar that ends at the mean has no bound on this side, because a "
+                "participant made no error.",
                 "d' of " + ", ".join(_pair(each, quantity) for each in task.pairs),
             ),
             html.table(
@@ -100,7 +126,9 @@ class _SameDifferent(OneStatistic[TaskPairs]):
         return {f"same_different_{task.task}": sensitivities(task)}
 
     def task_rows(self, task: TaskPairs) -> list[JsonObject]:
-        pairs = [renamed(each, mean_d_prime="") for each in task.pairs]
+        pairs = [
+            renamed(each, mean_d_prime="") | {"at_ceiling": each.at_ceiling} for each in task.pairs
+        ]
         return flat_rows({"task": task.task}, pairs)
 
 

@@ -13,16 +13,25 @@ proportions of 0 and 1. It adds answers in proportion to the trials: with n tria
 m of same surfaces, n/(n + m) and m/(n + m) to the counts of "different", and twice as much to the
 counts of trials. Equal additions would shift unequal numbers of trials by different amounts, and
 give a positive d' to equal proportions.
+
+If a participant answered "different" in every trial of different surfaces, their counts determine
+only a lower bound of d'. The mean then has an interval without an upper bound: in simulations
+(10 trials per kind, 8 or 12 people), bounded intervals contained a d' of 4 in 46 to 82 %, and a d'
+of 6 in none. In the same way, the interval has no lower bound if a participant answered "different"
+whenever surfaces were the same.
 """
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import combinations
+from math import inf
 
 import numpy as np
 import pandas as pd
 
+from slipscale.analysis.json_form import renamed
 from slipscale.analysis.reading.answer_codes import own_answers
 from slipscale.analysis.reading.delimited import Problems
 from slipscale.analysis.reading.surface_labels import numbers_first, plain
@@ -30,6 +39,7 @@ from slipscale.analysis.reading.task_tables import by_task, task_trials
 from slipscale.analysis.statistics.mean_over_participants import (
     MeanOverParticipants,
     mean_over_participants,
+    unbounded,
 )
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.statistics.statistic import Inputs, Named, Statistic
@@ -74,7 +84,8 @@ class PairSensitivity:
         d' and criterion k from the pooled answers of all participants. The unit is the standard
         deviation of a sensation.
     mean_d_prime : MeanOverParticipants or NotComputed
-        Mean of participants' individual d' values.
+        Mean of participants' individual d' values. An end of its interval is infinite if the counts
+        of a participant do not determine it.
     """
 
     first: str
@@ -87,6 +98,17 @@ class PairSensitivity:
     d_prime: float
     criterion: float
     mean_d_prime: MeanOverParticipants | NotComputed
+
+    @property
+    def at_ceiling(self) -> bool:
+        """Whether the answers determine only a lower bound of d'."""
+        if self.mean_d_prime:
+            return self.mean_d_prime.interval.high == inf
+        return self.different == self.different_n > self.same
+
+    def json_form(self) -> Mapping[str, object]:
+        """Return a dictionary with the keys used in the JSON output."""
+        return renamed(self) | {"at_ceiling": self.at_ceiling}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -173,7 +195,11 @@ def _pair(rows: pd.DataFrame, one: str, other: str, confidence: float) -> PairSe
         same_n=total[3],
         d_prime=d_prime,
         criterion=criterion,
-        mean_d_prime=mean_over_participants(each, confidence),
+        mean_d_prime=unbounded(
+            mean_over_participants(each, confidence),
+            below=bool((counts[:, 2] == counts[:, 3]).any()),
+            above=bool((counts[:, 0] == counts[:, 1]).any()),
+        ),
     )
 
 
@@ -183,8 +209,9 @@ class _SameDifferent(Statistic[tuple[TaskPairs, ...]]):
     methods = (
         "Same–different sensitivity d' was computed with the differencing model (Macmillan & "
         "Creelman, 2005), after the log-linear correction [[hautus1995]] in proportion to the "
-        "numbers of trials. d' is negative if “different” was less frequent for different than for "
-        "same surfaces."
+        "numbers of trials. If a participant answered “different” in every trial of different "
+        "surfaces, the interval of the mean d' has no upper bound. d' is negative if “different” "
+        "was less frequent for different than for same surfaces."
     )
     headlines = (Named("*.pairs.*.d_prime", "{0}: d' of {1[0]} and {1[1]}"),)
 

@@ -16,11 +16,11 @@ from slipscale.analysis.writing.numbers import (
     joined,
     level_of,
     p_value,
-    reliable,
     significant,
     unit_number,
 )
 from slipscale.analysis.writing.task_names import task_name
+from slipscale.analysis.writing.verdicts import DIFFERED, verdict
 from slipscale.experiments.protocol_parts.adaptive.curves import CURVES
 from slipscale.stimuli.quantity import Quantity, capitalised
 
@@ -79,11 +79,12 @@ def _by(factor: Factor, found: TaskThresholds, confidence: float, quantity: Quan
         f"({factor_level(factor.name, each.name)})"
         for each in factor.levels
     )
-    told: dict[str, list[str]] = {"differed": [], "did not differ reliably": []}
+    told: dict[str, list[str]] = {DIFFERED.past: []}
+    people = found.population.n if found.population else 0
     for each in factor.contrasts:
         one, other = (factor_level(factor.name, name) for name in (each.first, each.second))
-        verb = "differed" if reliable(each.p_holm, confidence) else "did not differ reliably"
-        told[verb].append(f"between {one} and {other} ({p_value(each.p_holm)})")
+        verb = verdict(DIFFERED, each.p_holm, confidence, people - 1)
+        told.setdefault(verb, []).append(f"between {one} and {other} ({p_value(each.p_holm)})")
     tests = ", and ".join(f"{verb} {joined(pairs)}" for verb, pairs in told.items() if pairs)
     what = f"{title(found, quantity)} by {factor_name(factor.name)}: {MEANT[found.method][0]}"
     return f"{what}{values}. Thresholds {tests}, after Holm's correction."

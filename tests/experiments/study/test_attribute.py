@@ -3,7 +3,7 @@
 import pytest
 
 from slipscale.analysis.statistics.repeated_measures.omnibus import page_trend_of
-from slipscale.analysis.writing.numbers import page_sentence
+from slipscale.analysis.writing.verdicts import page_sentence
 from slipscale.experiments.dataset.schema import columns
 from slipscale.experiments.languages.texts import languages, shipped_texts
 from slipscale.experiments.participants.simulated_people.bare_run import bare_run

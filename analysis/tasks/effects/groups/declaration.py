@@ -26,9 +26,9 @@ from slipscale.analysis.writing.numbers import (
     number,
     p_cell,
     p_value,
-    reliable,
     unit_number,
 )
+from slipscale.analysis.writing.verdicts import DIFFERED, HAD_EFFECT, reliable, verdict
 from slipscale.stimuli.quantity import Quantity
 
 
@@ -48,9 +48,10 @@ def group_sentences(
     corrected = f"; Greenhouse-Geisser ε = {unit_number(anova.epsilon_gg)}"
     texts.append(
         "In a mixed analysis of variance of log estimates, the group "
-        f"{_effect(anova.group, confidence)}; the effect of {quantity.name} "
-        f"{_verb(anova.interaction, confidence)} between groups (interaction), "
-        f"{_statistics(anova.interaction, confidence)}{corrected}."
+        f"{verdict(HAD_EFFECT, anova.group.p, confidence, anova.group.df2)} "
+        f"{_statistics(anova.group, confidence)}; the effect of {quantity.name} "
+        f"{verdict(DIFFERED, anova.interaction.p, confidence, anova.interaction.df2)} between "
+        f"groups (interaction), {_statistics(anova.interaction, confidence)}{corrected}."
     )
     return texts
 
@@ -92,7 +93,7 @@ def _left_out(found: GroupComparison) -> str:
 def _welch(
     what: str, by: str, write: Callable[[float], str], found: Welch, confidence: float
 ) -> str:
-    verb = "differed" if reliable(found.p, confidence) else "did not differ reliably"
+    verb = verdict(DIFFERED, found.p, confidence, found.df2)
     test = (
         f"{what} {verb} between groups, Welch's F({found.df1:g}, {found.df2:.2f}) = "
         f"{number(found.F)}, {p_value(found.p)}, η² = {unit_number(found.eta2)}"
@@ -107,8 +108,8 @@ def _welch(
     )
     differences = f": {listing}" if apart else ""
     return (
-        f"{test}; {len(apart) or 'none'} of {len(found.pairs)} pairs of groups differed "
-        f"(Welch's t, Holm-corrected){differences}."
+        f"{test}; a difference was shown for {len(apart) or 'none'} of {len(found.pairs)} pairs of "
+        f"groups (Welch's t, Holm-corrected){differences}."
     )
 
 
@@ -119,15 +120,6 @@ def _pair(pair: GroupDifference, by: str, write: Callable[[float], str], confide
         f"{level_of(confidence)} CI {bracketed(pair.interval, write)}, Hedges' g = "
         f"{number(pair.hedges_g)}{size})"
     )
-
-
-def _effect(found: Effect, confidence: float) -> str:
-    verb = "had an effect" if reliable(found.p, confidence) else "had no reliable effect"
-    return f"{verb}, {_statistics(found, confidence)}"
-
-
-def _verb(found: Effect, confidence: float) -> str:
-    return "differed" if reliable(found.p, confidence) else "did not differ reliably"
 
 
 def _statistics(found: Effect, confidence: float) -> str:

@@ -26,9 +26,9 @@ from slipscale.analysis.writing.numbers import (
     number,
     p_cell,
     p_value,
-    reliable,
     unit_number,
 )
+from slipscale.analysis.writing.verdicts import CHANGED, reliable, verdict
 
 
 def sentences(analysis: Analysis) -> list[str]:
@@ -67,13 +67,13 @@ def _of_measure(measure: SessionMeasure, sessions: tuple[str, ...], confidence: 
         f"{bracketed(change.interval)}, {p_value(p)}"
         for session, change, p in changed
     )
-    verdict = "did not change reliably"
+    told = verdict(CHANGED, 1.0, confidence, measure.n - 1)
     if changed:
-        verdict = f"changed from session {sessions[0]} {changes} (Holm-corrected)"
+        told = f"changed from session {sessions[0]} {changes} (Holm-corrected)"
     icc = measure.agreement
     bounds = "" if icc.interval is None else f" {bracketed(icc.interval, unit_number)}"
     return (
-        f"{name} ({measure.unit}, n = {measure.n}) {verdict}; agreement between single sessions "
+        f"{name} ({measure.unit}, n = {measure.n}) {told}; agreement between single sessions "
         f"was ICC(A,1) = {unit_number(icc.value)}{bounds}."
     )
 

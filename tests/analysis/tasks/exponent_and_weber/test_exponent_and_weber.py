@@ -117,7 +117,7 @@ def test_the_verdict_follows_the_interval(exponents, fractions, verdict):
     (found,) = exponent_and_weber(estimates(exponents), (task(fractions),))
     assert found.verdict == verdict
     assert {"agrees": "agrees with", "does not agree": "does not agree with"}.get(
-        verdict, "does not differ reliably"
+        verdict, "can be neither shown"
     ) in sentence(found, 0.95, PLATE_AMPLITUDE)
 
 
