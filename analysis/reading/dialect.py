@@ -18,6 +18,8 @@ Decimal = Literal[".", ","]
 #: Possible separators, in order of preference.
 SEPARATORS = ("\t", ";", ",")
 BOMS = {b"\xff\xfe": "utf-16", b"\xfe\xff": "utf-16", b"\xef\xbb\xbf": "utf-8-sig"}
+#: First line that tells Excel the separator, which is detected from the header instead.
+HINT = re.compile(r"\A\ufeff?\"?sep=.\"?(?=\r?\n)", re.IGNORECASE)
 #: Default encoding of Excel on Windows in Western Europe.
 FALLBACK = "cp1252"
 
@@ -79,13 +81,13 @@ def decoded(content: bytes, path: Path) -> tuple[bytes, str]:
     """
     encoding = next((name for mark, name in BOMS.items() if content.startswith(mark)), "utf-8")
     try:
-        return content.decode(encoding).encode("utf-8"), encoding
+        return _without_hint(content.decode(encoding)).encode("utf-8"), encoding
     except UnicodeError as error:
         start = error.start if isinstance(error, UnicodeDecodeError) else 0
     # Null bytes and byte-order marks do not occur in Windows-1252.
     if encoding == "utf-8" and b"\x00" not in content:
         try:
-            return content.decode(FALLBACK).encode("utf-8"), FALLBACK
+            return _without_hint(content.decode(FALLBACK)).encode("utf-8"), FALLBACK
         except UnicodeDecodeError:
             pass
     line = content.count(b"\n", 0, start) + 1
@@ -97,6 +99,14 @@ def decoded(content: bytes, path: Path) -> tuple[bytes, str]:
         line=line,
         expected=expected,
     )
+
+
+def _without_hint(text: str) -> str:
+    """Empty a first line such as ``sep=;``, which tells Excel the separator.
+
+    The line stays, so that line numbers in messages are those of the file.
+    """
+    return HINT.sub("", text, count=1)
 
 
 def separator_of(header: bytes) -> str:

@@ -374,3 +374,16 @@ def test_answers_below_zero_are_not_left_out_as_if_they_were_typing_errors(
         return
     with pytest.raises(UserError, match=rf": {negative} of the \d+ numbers are below 0"):
         load(path, mapping())
+
+
+@pytest.mark.parametrize("separator", [";", ",", "\t"])
+@pytest.mark.parametrize("mark", ["", "\ufeff"])
+def test_a_first_line_for_excel_is_no_header(tmp_path, separator, mark):
+    table = pd.DataFrame(rows()).to_csv(index=False, sep=separator)
+    path = tmp_path / "data.csv"
+    path.write_text(f"{mark}sep={separator}\n{table}", encoding="utf-8")
+    plain = tmp_path / "plain.csv"
+    plain.write_text(table, encoding="utf-8")
+    found, whole = (load(each, mapping()).estimates for each in (path, plain))
+    assert found["estimate"].equals(whole["estimate"])
+    assert list(found["line"]) == list(whole["line"] + 1)
