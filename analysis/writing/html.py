@@ -17,6 +17,8 @@ from typing import Literal
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
+from slipscale.faults import UserError
+
 try:
     VERSION = version("slipscale")
 except PackageNotFoundError:  # a checkout that is not installed
@@ -37,7 +39,13 @@ class ReportSection:
     #: State on screen: "always" (cannot be closed), "open" or "closed". In print, all are open.
     shown: Literal["always", "open", "closed"] = "closed"
     #: Sentences that are shown even if the section is closed.
-    gist: list[str] = field(default_factory=list)
+    gist: Sequence[str] = ()
+
+    def __post_init__(self) -> None:
+        if isinstance(self.gist, str):  # a text would be a list of letters
+            raise UserError(
+                "section '{title}': gist is a text, expected a list of sentences", title=self.title
+            )
 
     @property
     def name(self) -> str:

@@ -46,12 +46,12 @@ def quality(analysis: Analysis) -> ReportSection:
     section.blocks += [html.paragraph(text) for text in _counted(analysis)]
     flags = analysis.flags
     flagged = flags[flags.any(axis=1)]
-    section.gist.append(
+    section.gist = [
         f"{counted(len(flagged), 'participant was', 'participants were')} flagged and "
         f"{len(analysis.excluded)} excluded."
         if len(flagged) or analysis.excluded
         else "No participant was flagged or excluded."
-    )
+    ]
     rules = ", ".join(data.choices.exclusions)
     excluded = "; ".join(f"{who} ({', '.join(why)})" for who, why in analysis.excluded.items())
     if rules or excluded:

@@ -159,3 +159,8 @@ def test_rows_that_leave_nothing_to_analyse_are_counted_under_the_kind(tmp_path)
 def test_a_kind_that_is_not_in_the_table_is_not_shown(tmp_path):
     with pytest.raises(UserError, match="install a package that analyses them"):
         analyse(write(tmp_path, ("1",)))
+
+
+def test_a_gist_of_letters_is_refused():
+    with pytest.raises(UserError, match="section 'Weights': gist is a text, expected a list"):
+        html.ReportSection("Weights", gist="One sentence.")
