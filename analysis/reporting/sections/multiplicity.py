@@ -20,8 +20,10 @@ def tests_made(analysis: Analysis) -> ReportSection:
     below = sum(family.below for family in found.families)
     over_all = sum(family.below_over_all for family in found.families)
     section.gist = [
-        f"Tests significant at {level}: {below} of {found.tests}, or {over_all} if all tests are "
-        "corrected as one family."
+        (
+            f"Tests significant at {level}: {below} of {found.tests}, or {over_all} if all tests are "
+            "corrected as one family."
+        )
     ]
     section.blocks.append(
         html.table(
