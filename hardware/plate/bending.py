@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from slipscale.hardware.plate.beam import SAFE_VOLTAGE_V, BeamSection
-from slipscale.stimuli.quantities import MICRO, MILLI, Array, not_negative, positive
+from slipscale.stimuli.quantities import MICRO, MILLI, Array, Number, not_negative, positive
 
 _NODES = 6  # Gauss-Legendre nodes per layer; exact, because integrands are polynomials
 
@@ -57,25 +57,25 @@ class Bending:
         hp = self.section.ceramic_thickness_mm * MILLI
         return 3 * self.section.ceramic.d31_m_v * self.field_v_m * self.section.inverse_a / (2 * hp)
 
-    def deflection_um(self, x_mm: Array) -> Array:
+    def deflection_um(self, x_mm: Number) -> Number:
         """Return the deflection w at a position, equation (27), with the sign of this module."""
         x, span = x_mm * MILLI, self.half_wave_mm * MILLI
         return -self.curvature_per_m * (x**2 - span * x) / 2 / MICRO
 
-    def axial_displacement_um(self, z_mm: Array, slope: Array) -> Array:
+    def axial_displacement_um(self, z_mm: Number, slope: Number) -> Number:
         """Return u of equation (16) for a slope dw/dx."""
         return (self.neutral_mm - z_mm) * MILLI * slope / MICRO
 
-    def strain(self, z_mm: Array) -> Array:
+    def strain(self, z_mm: Number) -> Number:
         """Return the strain S_xx at a height, equation (18)."""
         return (z_mm - self.neutral_mm) * MILLI * self.curvature_per_m
 
-    def ceramic_stress_pa(self, z_mm: Array) -> Array:
+    def ceramic_stress_pa(self, z_mm: Number) -> Number:
         """Return the stress T_xx in the ceramic, equations (20) and (21)."""
         ceramic = self.section.ceramic
         return ceramic.modulus_pa * (self.strain(z_mm) - ceramic.d31_m_v * self.field_v_m)
 
-    def resonator_stress_pa(self, z_mm: Array) -> Array:
+    def resonator_stress_pa(self, z_mm: Number) -> Number:
         """Return the stress T_i in the resonator, equations (19) and (21)."""
         return self.section.resonator_modulus_pa * self.strain(z_mm)
 
@@ -144,11 +144,11 @@ class Bending:
         volume = 2 * self.half_wave_mm * self.section.ceramic_thickness_mm * MILLI**2
         return 3 / 16 * volume * (ceramic.d31_m_v * self.field_v_m) ** 2 * ceramic.modulus_pa
 
-    def _arm_m(self, z_mm: Array) -> Array:
+    def _arm_m(self, z_mm: Number) -> Number:
         return (z_mm - self.neutral_mm) * MILLI
 
     def _through(
-        self, in_ceramic: Callable[[Array], Array], in_resonator: Callable[[Array], Array]
+        self, in_ceramic: Callable[[Array], Number], in_resonator: Callable[[Array], Number]
     ) -> float:
         """Integrate over the height in m."""
         nodes, weights = np.polynomial.legendre.leggauss(_NODES)

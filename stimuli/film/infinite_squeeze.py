@@ -12,9 +12,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from slipscale.stimuli.quantities import Array
-
-Number = float | Array
+from slipscale.stimuli.quantities import Number
 
 
 def mean_thickness(x: Number, delta: Number, k: Number) -> Number:
@@ -70,7 +68,7 @@ def edge_squared(eps: Number, delta: Number, k: Number) -> Number:
 def psi(x: Number, eps: Number, delta: Number, k: Number) -> Number:
     """Return Ψ∞ inside the contact, equation (9)."""
     edge: Number = np.sqrt(edge_squared(eps, delta, k))
-    return edge * np.abs(mean_thickness(x, delta, k) / mean_thickness(0.5, delta, k))
+    return edge * np.abs(mean_thickness(x, delta, k)) / np.abs(mean_thickness(0.5, delta, k))
 
 
 def pressure(x: Number, phase: Number, eps: Number, delta: Number, k: Number) -> Number:

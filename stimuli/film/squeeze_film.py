@@ -75,6 +75,7 @@ class Gas:
 
 
 FINGER, AIR = Finger(), Gas()
+ROUGHNESS_UM = (0.4, 0.8, 1.2, 1.6)  # h_r of Table I
 NORMAL_FORCE_N = 0.5  # Section II-C, mean force of an exploring finger
 
 
