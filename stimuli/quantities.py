@@ -9,6 +9,7 @@ from slipscale.faults import UserError
 from slipscale.faults.message import Message
 
 Array = npt.NDArray[np.float64]
+Number = float | Array
 
 MICRO, MILLI = 1e-6, 1e-3
 

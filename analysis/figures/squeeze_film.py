@@ -22,7 +22,7 @@ from slipscale.figure_style import (
 from slipscale.stimuli.film import reynolds, shared_load, squeeze_film
 from slipscale.stimuli.film.reynolds import WorkingPoint
 from slipscale.stimuli.film.shared_load import NOT_VALIDATED
-from slipscale.stimuli.film.squeeze_film import FINGER, Finger
+from slipscale.stimuli.film.squeeze_film import FINGER, ROUGHNESS_UM, Finger
 from slipscale.stimuli.surface import peak_from_pp, pp_from_peak
 
 if TYPE_CHECKING:
@@ -30,7 +30,6 @@ if TYPE_CHECKING:
 
     from slipscale.stimuli.quantities import Array
 
-ROUGHNESS_UM = (0.4, 0.8, 1.2, 1.6)  # Table I
 WORST_CASE = (3.0, 1.6)  # h_vib in µm peak and h_r in µm of Figs. 3 and 4
 
 

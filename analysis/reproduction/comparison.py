@@ -18,6 +18,7 @@ from importlib import import_module
 from importlib.resources import files
 from pathlib import Path
 from types import ModuleType
+from typing import Literal
 
 from slipscale.analysis.published.biet2007 import agrees
 from slipscale.faults import UserError
@@ -30,12 +31,16 @@ SOURCES: tuple[tuple[str, str], ...] = (
     ("slipscale.analysis.reproduction.film", "film.json"),
     ("slipscale.analysis.reproduction.plate", "plate.json"),
     ("slipscale.analysis.reproduction.constants", "constants.json"),
+    ("slipscale.analysis.reproduction.film_equations", "film_equations.json"),
+    ("slipscale.analysis.reproduction.beam_equations", "beam_equations.json"),
 )
 #: Relative change above which a value has drifted. Smaller changes may be due to rounding, which
 #: differs between processors and library versions.
 DRIFT = 1e-6
 #: Floating-point numbers represent all whole numbers below this limit exactly.
 EXACT = 2**53
+
+Group = Literal["agrees", "differs", "by construction", "not published"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -60,6 +65,8 @@ class Outcome:
     by_construction : bool
         Whether the computed value depends on the published value, so that agreement is not evidence
         that the value is correct.
+    covers : tuple of str
+        Parts of the paper that the item stands for, such as ``"eq.14"`` or ``"fig.5"``.
     exact : int, optional
         The computed value as an exact integer, if the float ``ours`` may be rounded.
     text : str, optional
@@ -74,6 +81,7 @@ class Outcome:
     rule: Callable[[str, float], bool] = agrees
     must_agree: bool = False
     by_construction: bool = False
+    covers: tuple[str, ...] = ()
     exact: int | None = None
     text: str | None = None
 
@@ -89,6 +97,15 @@ class Outcome:
         """Whether the computed value agrees with the paper; None if the paper gives no value."""
         return None if self.published is None else self.rule(self.published, self.ours)
 
+    @property
+    def group(self) -> Group:
+        """Group of the summary. Agreement by construction is no evidence."""
+        if self.agrees is None:
+            return "not published"
+        if not self.agrees:
+            return "differs"
+        return "by construction" if self.by_construction else "agrees"
+
 
 def item(
     compute: Callable[[], float],
@@ -98,6 +115,7 @@ def item(
     *,
     rule: Callable[[str, float], bool] = agrees,
     by_construction: bool = False,
+    covers: tuple[str, ...] = (),
 ) -> Callable[[], Outcome]:
     """Create an item, which is a function that computes a value and returns an `Outcome`."""
     return lambda: Outcome(
@@ -107,6 +125,7 @@ def item(
         reason=reason,
         rule=rule,
         by_construction=by_construction,
+        covers=covers,
     )
 
 
@@ -139,6 +158,7 @@ class Comparison:
             "ours": self.outcome.ours,
             "unit": self.outcome.unit,
             "agrees": self.outcome.agrees,
+            "covers": self.outcome.covers,
             "by_construction": self.outcome.by_construction,
             "reason": self.outcome.reason,
             "recorded": self.recorded,

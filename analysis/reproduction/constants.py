@@ -8,9 +8,10 @@ constant, and explain in the commit message why the numbers changed.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from functools import partial
 from typing import TYPE_CHECKING
 
-from slipscale.analysis.published.biet2007 import PARTICIPANTS
+from slipscale.analysis.published.biet2007 import PARTICIPANTS, STUDY
 from slipscale.analysis.reproduction.comparison import Outcome, record
 
 if TYPE_CHECKING:
@@ -27,6 +28,7 @@ def alpha() -> Outcome:
         unit="",
         reason="the ratio of 123 GPa to c11p = 67.9 GPa from Table II; with c11p = 73.4 GPa from "
         "Appendix B, the ratio would be 1.67",
+        covers=("eq.26", "table.2"),
     )
 
 
@@ -42,6 +44,7 @@ def c11p() -> Outcome:
             "computed as s11/(s11² - s12²) from Appendix B, which contradicts Table II. As in the "
             "paper, the beam model uses Table II and the finite-element model Appendix B"
         ),
+        covers=("table.2",),
     )
 
 
@@ -54,6 +57,7 @@ def d31() -> Outcome:
         ours=P1_91.d31_m_v * 1e12,
         unit="1e-12 m/V",
         reason="computed as d = e s (Appendix B), but only the value in Table II reproduces Fig. 8",
+        covers=("table.2",),
     )
 
 
@@ -67,6 +71,7 @@ def plate_area() -> Outcome:
         ours=plate.length_mm * plate.width_mm / 100,
         unit="cm²",
         reason="83 mm by 49 mm",
+        covers=("fig.1",),
     )
 
 
@@ -83,6 +88,7 @@ def plate_half_wave() -> Outcome:
             "lines, because the ends are free; in the middle of the finite-element mode, the "
             "distance is 11.4 mm"
         ),
+        covers=("fig.1", "fig.11"),
     )
 
 
@@ -102,6 +108,7 @@ def harmonic_cross() -> Outcome:
             "the plate's nodal lines, resonates at 33.86 kHz; we conjecture that the difference "
             "is due to the free ends"
         ),
+        covers=("fig.9",),
     )
 
 
@@ -122,11 +129,57 @@ def first_test_share() -> Outcome:
             "12 participants felt the effect; the paper reports no catch trials, so the rate of "
             "false alarms is unknown"
         ),
+        covers=("fig.14",),
+    )
+
+
+def setup(name: str, published: str, unit: str) -> Outcome:
+    """Compare a number of the experiment (Section IV-B) with the shipped study."""
+    from slipscale.experiments.study.file import read_study
+
+    study, _ = read_study(STUDY)
+    ours = {"participants": study.participants, "surfaces": len(study.levels)}[name]
+    return Outcome(
+        published=published,
+        ours=ours,
+        unit=unit,
+        reason="the shipped study biet2007 sets the number that the paper states (Section IV-B)",
+        by_construction=True,
+        covers=("fig.14",),
+    )
+
+
+def table1(name: str) -> Outcome:
+    """Compare a constant of Table I with the default of the models."""
+    from slipscale.stimuli.film.squeeze_film import AIR, FINGER, NORMAL_FORCE_N, ROUGHNESS_UM
+
+    ours, published, unit, covers = {
+        "ridge_amplitude": (FINGER.ridge_amplitude_um, "50", "µm", ("fig.2",)),
+        "ridge_period": (FINGER.ridge_period_um, "350", "µm", ("fig.2",)),
+        "contact_length": (FINGER.contact_length_mm / 10, "1", "cm", ()),
+        "viscosity": (AIR.viscosity_pa_s * 1e5, "1.85", "1e-5 Pa·s", ()),
+        "pressure": (AIR.pressure_pa / 1e6, "0.1", "MPa", ()),
+        "force": (NORMAL_FORCE_N, "0.5", "N", ()),
+        **{f"roughness.{value}": (value, str(value), "µm", ()) for value in ROUGHNESS_UM},
+    }[name]
+    reason = "the models use the constant as their default"
+    if name == "force":
+        reason += "; Table I gives 0.3 to 0.7 N, and Fig. 5 uses 0.5 N"
+    return Outcome(
+        published=published,
+        ours=ours,
+        unit=unit,
+        reason=reason,
+        by_construction=True,
+        covers=("table.1", *covers),
     )
 
 
 # Values are computed, and large libraries imported, only on request.
+TABLE1 = ("ridge_amplitude", "ridge_period", "contact_length", "viscosity", "pressure", "force")
+ROUGHNESSES = tuple(f"roughness.{value}" for value in (0.4, 0.8, 1.2, 1.6))
 ITEMS: Mapping[str, Callable[[], Outcome]] = {
+    **{f"table1.{name}": partial(table1, name) for name in (*TABLE1, *ROUGHNESSES)},
     "table2.alpha": alpha,
     "table2.c11p": c11p,
     "table2.d31": d31,
@@ -134,6 +187,8 @@ ITEMS: Mapping[str, Callable[[], Outcome]] = {
     "plate.half_wave": plate_half_wave,
     "fig9.harmonic_cross": harmonic_cross,
     "first_test.share_at_least": first_test_share,
+    "fig14.participants": partial(setup, "participants", "12", "people"),
+    "fig14.surfaces": partial(setup, "surfaces", "4", "amplitudes"),
 }
 FIGURES: Mapping[str, Callable[[], Figure]] = {}
 

@@ -65,6 +65,7 @@ def reynolds(amplitude_um_pp: float) -> Outcome:
         unit="p0",
         reason=f"from the full equation (3); the closed form (13) gives {closed:.5f}, "
         f"{closed / ours:.2f} times as much",
+        covers=("eq.3",),
     )
 
 
@@ -120,6 +121,7 @@ ITEMS: Mapping[str, Callable[[], Outcome]] = {
         "15.9",
         "",
         "2.3 µm is peak to peak, so h_vib is 1.15 µm; computed with equation (4) and l0²",
+        covers=("eq.4", "fig.13"),
     ),
     # Section II-C: the paper's criterion
     "fig3.25kHz": item(
@@ -128,6 +130,7 @@ ITEMS: Mapping[str, Callable[[], Outcome]] = {
         "",
         "the paper requires more than 10; a value of 10 is reached at 21.4 kHz",
         rule=more_than,
+        covers=("eq.4", "fig.3"),
     ),
     # Section II-C: zones in which the film lifts the finger
     "fig4.zones.closed_form": item(
@@ -137,6 +140,7 @@ ITEMS: Mapping[str, Callable[[], Outcome]] = {
         "with the closed form, the film pressure exceeds the contact pressure of the finger at "
         "0.5 N in some zones, as stated in the paper",
         rule=some,
+        covers=("eq.13", "eq.14", "fig.4"),
     ),
     "fig4.zones.reynolds": item(
         partial(_above_the_finger, closed_form=False),
@@ -145,6 +149,7 @@ ITEMS: Mapping[str, Callable[[], Outcome]] = {
         "with the full equation (3) at 40 kHz, the mean film pressure is at most 1.035 p0, which "
         "is less than the finger's contact pressure of 1.05 p0 in all zones",
         rule=some,
+        covers=("eq.3", "fig.4"),
     ),
     # Section II-D: the paper's guideline
     "fig5.hr0.6.hvib1.5": item(
@@ -152,6 +157,7 @@ ITEMS: Mapping[str, Callable[[], Outcome]] = {
         "0.5",
         "µ'/µ",
         "closed form at 0.5 N; the paper states 'half of the relative friction coefficient'",
+        covers=("eq.12", "eq.14", "eq.15", "fig.5"),
     ),
     # Section II-C: the plate with the highest roughness
     "fig5.hr1.6.hvib4": item(
@@ -160,6 +166,7 @@ ITEMS: Mapping[str, Callable[[], Outcome]] = {
         "µ'/µ",
         "friction is zero only above 4 µm; the value computed for 5 µm is below zero (levitation)",
         rule=more_than,
+        covers=("eq.12", "eq.14", "eq.15", "fig.5"),
     ),
     **{f"reynolds.{pp}um": partial(reynolds, pp) for pp in (0.5, 1.2, 2.3)},
 }

@@ -35,6 +35,7 @@ def cell(row: biet2007.TableRow, statistic: str, *, figure: bool = False) -> Out
         reason=("Fig. 15 plots Table III's means; " if figure else "") + biet2007.NOT_RAW_DATA,
         must_agree=True,
         by_construction=True,
+        covers=("fig.15",) if figure else ("table.3",),
     )
 
 

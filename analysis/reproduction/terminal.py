@@ -3,15 +3,21 @@
 from __future__ import annotations
 
 import sys
+from collections import Counter
 from collections.abc import Sequence
 
 from rich import box
 from rich.console import Console
 from rich.table import Table
 
-from slipscale.analysis.reproduction.comparison import Comparison, Outcome
+from slipscale.analysis.reproduction.comparison import Comparison, Group
 
-AGREES = {True: "[green]yes[/]", False: "[yellow]no[/]", None: "–"}
+AGREES: dict[Group, str] = {
+    "agrees": "[green]yes[/]",
+    "differs": "[yellow]no[/]",
+    "by construction": "by construction",
+    "not published": "–",
+}
 
 
 def print_comparisons(comparisons: Sequence[Comparison]) -> None:
@@ -36,8 +42,7 @@ def print_comparisons(comparisons: Sequence[Comparison]) -> None:
             outcome.published or "–",
             outcome.shown,
             outcome.unit,
-            ("by construction" if by_construction(outcome) else AGREES[outcome.agrees])
-            + (" [red]drifted[/]" if comparison.drifted else ""),
+            AGREES[outcome.group] + (" [red]drifted[/]" if comparison.drifted else ""),
         )
     target.print(table)
     reasons: dict[str, list[str]] = {}
@@ -56,19 +61,13 @@ def print_comparisons(comparisons: Sequence[Comparison]) -> None:
             )
 
 
-def by_construction(outcome: Outcome) -> bool:
-    """Return whether the computed value agrees with the published value only by construction."""
-    return outcome.by_construction and bool(outcome.agrees)
-
-
 def _summary(comparisons: Sequence[Comparison]) -> str:
-    outcomes = [comparison.outcome for comparison in comparisons]
-    made = sum(by_construction(outcome) for outcome in outcomes)
-    agree = sum(bool(outcome.agrees) for outcome in outcomes) - made
-    differ = sum(outcome.agrees is False for outcome in outcomes)
+    groups = Counter(comparison.outcome.group for comparison in comparisons)
     return (
-        f"{agree} items agree with the paper, {made} agree by construction (the computed value was "
-        f"derived from the published value or set to it), and {differ} do not agree, for the "
-        "reasons given above. The exit status is 0 if all computed values match the recorded "
-        "values and all cells of Table III agree, even if other items do not agree with the paper."
+        f"Independent items: {groups['agrees']} agree with the paper, and {groups['differs']} "
+        f"differ, for the reasons given above. By construction, {groups['by construction']} "
+        "items agree (the computed value was derived from the published value or set to it). For "
+        f"{groups['not published']} items, the paper gives no number. The exit status is 0 if all "
+        "computed values match the recorded values and all cells of Table III agree, even if other "
+        "items do not agree with the paper."
     )

@@ -14,6 +14,7 @@ from functools import cache
 import numpy as np
 import numpy.typing as npt
 
+from slipscale.stimuli.film.infinite_squeeze import edge_squared, mean_thickness
 from slipscale.stimuli.quantities import MICRO, MILLI, Array, not_negative, positive
 
 SQUEEZE_NUMBER_MIN = 10.0  # Section II-C: "larger than 10"; see docs/explanation/squeeze-film.md
@@ -74,6 +75,7 @@ class Gas:
 
 
 FINGER, AIR = Finger(), Gas()
+ROUGHNESS_UM = (0.4, 0.8, 1.2, 1.6)  # h_r of Table I
 NORMAL_FORCE_N = 0.5  # Section II-C, mean force of an exploring finger
 
 
@@ -169,13 +171,11 @@ def mean_pressure(
 ) -> Array:
     """Return the mean of p/p0 over a period for an infinite squeeze number by equation (13).
 
-    The factor printed in the last line of equation (10) is replaced by A² [1 + 1.5 ε²/A²], with A =
-    1 + δ cos(k/2), and P is always normalised by p0. Positions are in mm from the middle of the
-    contact.
+    P is always normalised by p0. Positions are in mm from the middle of the contact.
     """
     _, eps, delta = gap(amplitude_um_peak, roughness_um, finger)
     x = np.asarray(position_mm, dtype=float) / finger.contact_length_mm
-    thickness = 1 + delta * np.cos(finger.wave_number * x)
+    thickness = mean_thickness(x, delta, finger.wave_number)
     return np.asarray(_edge(eps, delta, finger) * thickness / np.sqrt(thickness**2 - eps**2))
 
 
@@ -273,8 +273,8 @@ def friction_from(
 
 def _edge(eps: Array, delta: Array, finger: Finger) -> Array:
     """Return Ψ of equations (9) and (10) at the edge, divided by the mean thickness at the edge."""
-    edge = 1 + delta * np.cos(finger.wave_number / 2)
-    return np.asarray(np.sqrt(edge**2 + 1.5 * eps**2) / edge)
+    k = finger.wave_number
+    return np.asarray(np.sqrt(edge_squared(eps, delta, k)) / mean_thickness(0.5, delta, k))
 
 
 def _eccentric(angle: float, delta: Array) -> Array:

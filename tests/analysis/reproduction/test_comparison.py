@@ -1,6 +1,7 @@
 """The comparison with the paper: names, records, exits."""
 
 import json
+from collections import Counter
 
 import pytest
 
@@ -8,6 +9,8 @@ from slipscale import commands
 from slipscale.analysis.published.biet2007 import TABLE3
 from slipscale.analysis.reproduction import comparison, table3
 from slipscale.analysis.reproduction.comparison import Comparison, Outcome, choose, compare
+from slipscale.analysis.reproduction.equation import Check, apart, items
+from slipscale.analysis.reproduction.terminal import print_comparisons
 from slipscale.faults import UserError
 
 
@@ -68,6 +71,33 @@ def test_words_instead_of_numbers_are_compared_by_a_rule():
 def test_a_value_nobody_recorded_counts_as_drift():
     outcome = Outcome(published=None, ours=1.0, unit="", reason="")
     assert Comparison(item="x", outcome=outcome, recorded=None).failed
+
+
+def test_the_items_cover_every_equation_table_and_figure_of_the_paper():
+    found = Counter(part for one in compare() for part in one.outcome.covers)
+    wanted = [f"eq.{n}" for n in range(1, 48)]
+    wanted += [f"table.{n}" for n in (1, 2, 3)] + [f"fig.{n}" for n in range(1, 16)]
+    assert set(found) == set(wanted)
+
+
+def test_the_summary_counts_agreement_by_construction_separately(capsys):
+    assert compared("0", 0.0).outcome.group == "agrees"
+    assert compared("0", 1.0, by_construction=True).outcome.group == "differs"
+    assert compared(None, 1.0).outcome.group == "not published"
+    print_comparisons(compare(["table3", "table1", "eq.1", "eq.4", "eq.5", "neutral_line"]))
+    said = " ".join(capsys.readouterr().out.split())
+    assert "Independent items: 1 agree with the paper, and 1 differ" in said
+    assert "By construction, 23 items agree" in said
+    assert "For 1 items, the paper gives no number" in said
+
+
+def test_an_equation_with_a_wrong_sign_differs():
+    right = Check(difference=lambda: apart([1.0, -2.0], [1.0, -2.0 + 1e-9]), reason="")
+    wrong = Check(difference=lambda: apart([1.0, -2.0], [1.0, 2.0]), reason="", also=(3,))
+    ours = items({1: right, 2: wrong})
+    assert (ours["eq.1"]().ours, ours["eq.1"]().agrees) == (0, True)
+    assert (ours["eq.2"]().ours, ours["eq.2"]().agrees) == (2, False)
+    assert ours["eq.2"]().covers == ("eq.2", "eq.3")
 
 
 def test_every_source_has_a_recorded_value_for_each_item_and_none_left_over():
