@@ -30,7 +30,7 @@ families <- list(
   logistic = list(share = plogis, inverse = qlogis), normal = list(share = pnorm, inverse = qnorm))
 psychometric <- function(method, settings) {
   compared <- method == "comparison"
-  guess <- switch(method, two_interval = 1 / 2, three_interval = 1 / 3, NA)
+  guess <- switch(method, two_interval = 1 / 2, three_interval = 1 / 3, oddity = 1 / 3, NA)
   name <- settings[["threshold_curve"]]
   if (name == "") name <- if (compared) "normal" else "weibull"
   logarithmic <- name %in% c("weibull", "log_logistic", "log_normal")
