@@ -35,7 +35,8 @@ OPTIONS = {
     "matching": "references_um_pp = [1.2]\nrepetitions = 1\n",
     "magnitude_estimation": "repetitions = 2\n",
     "ratio_to_standard": "standard_um_pp = 0.5\n",
-    "magnitude_production": "numbers = [5.0, 20.0]\nstandard_um_pp = 1.0\nlowest_um_pp = 0.1\nhighest_um_pp = 2.4\n",
+    "magnitude_production": "numbers = [5.0, 20.0]\nstandard_um_pp = 1.0\n"
+    "lowest_um_pp = 0.1\nhighest_um_pp = 2.4\n",
 }
 #: How the literature calls each method.
 METHODS = {
