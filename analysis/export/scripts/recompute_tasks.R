@@ -757,10 +757,9 @@ similarity_of <- function(rows, place, sorted) {
   group <- rowMeans(tables, na.rm = TRUE)
   squares <- sapply(seq_len(ncol(map)), function(k) as.vector(dist(map[, k]))^2)
   distances <- sqrt(rowSums(squares))
-  # Monotone regression in which equal dissimilarities have equal distances.
-  tied <- ave(distances, signif(group, 12))
-  up <- order(group)
-  fitted <- isoreg(tied[up])$yf
+  # Monotone regression in which equal dissimilarities may have different distances (primary ties).
+  up <- order(round(group, 9), distances)
+  fitted <- isoreg(distances[up])$yf
   squares <- squares / mean(rowSums(squares))
   weighed <- function(wanted) {
     if (anyNA(wanted)) return(NULL)
