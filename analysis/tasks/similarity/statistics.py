@@ -301,7 +301,8 @@ class _Similarity(Statistic[tuple[TaskMap | NotComputed, ...]]):
     methods = (
         "Dissimilarities, divided by each participant's root mean square and averaged, were scaled "
         "by non-metric multidimensional scaling [[kruskal1964]] with the primary treatment of "
-        "ties. Participants' weights apply to squared distances along the map's principal axes [[carroll1970]]."
+        "ties. Participants' weights apply to squared distances along the map's principal axes "
+        "[[carroll1970]]."
     )
 
     compute = staticmethod(maps)
