@@ -193,13 +193,22 @@ def read_main_trials(
 
 def factors_of(folder: Path) -> tuple[str, ...]:
     """Return the names of the study's factors, which are columns in every task's table."""
+    return tuple(str(row["name"]) for row in _study_rows(folder, "factors") if "name" in row)
+
+
+def labels_of(folder: Path, protocol: str) -> set[str]:
+    """Return the labels of the study's tasks that ran a protocol, as in file names."""
+    rows = [row for row in _study_rows(folder, "tasks") if row.get("protocol") == protocol]
+    return {str(row.get("label", protocol)) for row in rows}
+
+
+def _study_rows(folder: Path, name: str) -> list[Mapping[str, object]]:
     path = folder / "code" / "study.toml"
     if not path.is_file():
-        return ()
+        return []
     text = decoded(read_bytes(path), path)[0].decode("utf-8")
-    stated = toml_table(text, str(path)).get("factors", [])
-    rows = stated if isinstance(stated, list) else []
-    return tuple(str(row["name"]) for row in rows if isinstance(row, dict) and "name" in row)
+    stated = toml_table(text, str(path)).get(name, [])
+    return [row for row in stated if isinstance(row, dict)] if isinstance(stated, list) else []
 
 
 def add_counts(counts: dict[str, int], kind: str, **more: int) -> None:

@@ -30,7 +30,7 @@ families <- list(
   logistic = list(share = plogis, inverse = qlogis), normal = list(share = pnorm, inverse = qnorm))
 psychometric <- function(method, settings) {
   compared <- method == "comparison"
-  guess <- switch(method, two_interval = 1 / 2, three_interval = 1 / 3, NA)
+  guess <- switch(method, two_interval = 1 / 2, three_interval = 1 / 3, oddity = 1 / 3, NA)
   name <- settings[["threshold_curve"]]
   if (name == "") name <- if (compared) "normal" else "weibull"
   logarithmic <- name %in% c("weibull", "log_logistic", "log_normal")
@@ -757,10 +757,9 @@ similarity_of <- function(rows, place, sorted) {
   group <- rowMeans(tables, na.rm = TRUE)
   squares <- sapply(seq_len(ncol(map)), function(k) as.vector(dist(map[, k]))^2)
   distances <- sqrt(rowSums(squares))
-  # Monotone regression in which equal dissimilarities have equal distances.
-  tied <- ave(distances, signif(group, 12))
-  up <- order(group)
-  fitted <- isoreg(tied[up])$yf
+  # Monotone regression in which equal dissimilarities may have different distances (primary ties).
+  up <- order(round(group, 9), distances)
+  fitted <- isoreg(distances[up])$yf
   squares <- squares / mean(rowSums(squares))
   weighed <- function(wanted) {
     if (anyNA(wanted)) return(NULL)

@@ -30,15 +30,21 @@ class Method:
         Whether the lower asymptote is fixed, estimated or equal to the lapse rate.
     guess_rate : float
         Value of the lower asymptote, if it is fixed.
+    by_magnitude : bool
+        Whether answers are choices by magnitude, such as the most slippery of the surfaces.
     """
 
     guess: Guess
     guess_rate: float
+    by_magnitude: bool = True
 
 
 METHODS: dict[str, Method] = {
     "two_interval": Method(guess="fixed", guess_rate=1 / 2),
     "three_interval": Method(guess="fixed", guess_rate=1 / 3),
+    # For "Which is different?", the decision is the closest pair of three sensations, so that the
+    # same proportion requires a larger d' than a choice by magnitude.
+    "oddity": Method(guess="fixed", guess_rate=1 / 3, by_magnitude=False),
     # For "Was there a vibration?", the rate of false alarms depends on the participant.
     "yes_no": Method(guess="free", guess_rate=0.0),
     # For "Is the second more slippery?", a lapse can produce either answer.

@@ -133,6 +133,8 @@ def geometric_means(description: pd.DataFrame, quantity: Quantity) -> str:
     rows = description[["geometric_mean", "level"]].dropna().to_numpy(float).tolist()
     shown = rows if len(rows) <= MOST_LISTED else [rows[0], rows[-1]]
     listed = joined([f"{number(mean)} at {quantity.value(level)}" for mean, level in shown])
+    if len(rows) == 1:
+        return f"The geometric mean of {quantity.judged} was {listed}."
     return f"Geometric means of {quantity.judged} were {listed}."
 
 

@@ -85,7 +85,7 @@ class _Friedman(Statistic[omnibus.Friedman]):
     sentences = (Sentence(write=write.friedman, primary="ranks"),)
     methods = (
         "The ranks of estimates were compared between {q.levels} by Friedman's test "
-        "[[friedman1937]]."
+        "[[friedman1937]]. " + omnibus.FRIEDMAN_ERRORS
     )
     conclusions = (Named("p", "{q.levels} differ (Friedman's test)"),)
     headlines = (Named("kendalls_w", "Kendall's W"),)

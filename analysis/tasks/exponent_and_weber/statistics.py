@@ -7,6 +7,9 @@ For a power function with exponent *n* and a Weber fraction *w*
 
 According to Teghtsoonian (1971, Psychological Review 78, 71-80), *k* is near 0.03 for every sense,
 so steep power functions imply fine discrimination.
+
+Only Weber fractions from choices by magnitude are compared. Half-way between chance and best
+performance, d' is 0.95 in two-interval forced choice, but 2.32 in oddity.
 """
 
 from __future__ import annotations
@@ -21,7 +24,11 @@ from slipscale.analysis.preprocessing.sufficiency import FEWEST, few
 from slipscale.analysis.statistics.mean_over_participants import mean_over_participants
 from slipscale.analysis.statistics.not_computed import NotComputed, all_computed, missing
 from slipscale.analysis.statistics.power_law import exponents
-from slipscale.analysis.statistics.psychometrics.psychometric_function import Estimate, estimate
+from slipscale.analysis.statistics.psychometrics.psychometric_function import (
+    METHODS,
+    Estimate,
+    estimate,
+)
 from slipscale.analysis.statistics.statistic import Inputs, Statistic
 from slipscale.analysis.tasks.thresholds.statistics import THRESHOLDS, TaskThresholds
 
@@ -120,6 +127,11 @@ def _task(
 ) -> ExponentAndWeber | NotComputed:
     if task.standard_level is None:
         return NotComputed("there is no standard above 0, so there is no Weber fraction")
+    if not METHODS[task.method].by_magnitude:
+        return NotComputed(
+            "the Weber fraction of oddity cannot be compared, because the odd one of three "
+            "surfaces is found less easily than the larger of two with the same difference"
+        )
     people = tuple(
         OwnExponentAndWeber(
             participant=each.participant,

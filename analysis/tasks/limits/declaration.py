@@ -68,11 +68,19 @@ class _Limits(OneStatistic[TaskLimits]):
     def task_remarks(self, task: TaskLimits, confidence: float, quantity: Quantity) -> list[str]:
         remarks, error = [], task.constant_error_level
         if not isinstance(error, NotComputed):
-            verb = verdict(DIFFERED, error.p, confidence, error.df)
             remarks.append(
-                f"Thresholds of descending and ascending series {verb} (difference "
-                f"{quantity.value(number(error.mean, 3))}, t({error.df}) = {number(error.t)}, "
-                f"{p_value(error.p)})."
+                "Transitions of descending series were "
+                f"{quantity.value(number(error.mean, 3))} higher than those of ascending series. "
+                f"Noise alone causes {quantity.value(number(task.expected_error_level, 3))}, "
+                "because a chance answer ends a series."
+            )
+        beyond = task.unexpected_error_level
+        if not isinstance(beyond, NotComputed):
+            verb = verdict(DIFFERED, beyond.p, confidence, beyond.df)
+            remarks.append(
+                f"The difference between directions {verb} from that expected without anticipation "
+                f"and habituation (by {quantity.value(number(beyond.mean, 3))}, t({beyond.df}) = "
+                f"{number(beyond.t)}, {p_value(beyond.p)})."
             )
         if task.without_transition:
             remarks.append(

@@ -6,8 +6,9 @@ without a transition are omitted and counted.
 
 A participant's threshold is the mean of the mean ascending and the mean descending transition, so
 that both directions have equal weight. The constant error is the descending minus the ascending
-transition. A positive error means that answers change too early (anticipation); a negative error
-means that they change too late (habituation).
+transition. Noise alone makes it positive (see `expected_difference`). An error above the expected
+one means that answers change too early (anticipation); an error below it means that they change too
+late (habituation).
 """
 
 from __future__ import annotations
@@ -26,6 +27,7 @@ from slipscale.analysis.statistics.mean_over_participants import (
 )
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.statistics.statistic import Family, Inputs, Named, Statistic
+from slipscale.analysis.tasks.limits.expected_difference import Series, noise_alone
 from slipscale.experiments.dataset.schema import PARTICIPANT
 
 ASCENDING, DESCENDING = "ascending", "descending"
@@ -74,6 +76,11 @@ class TaskLimits:
     threshold_level, ascending_level, descending_level : MeanOverParticipants or NotComputed
     constant_error_level : MeanOverParticipants or NotComputed
         Mean difference across participants, descending minus ascending transition.
+    spread_level, expected_error_level : float
+        Common standard deviation of sensations, and mean difference that it causes.
+    unexpected_error_level : MeanOverParticipants or NotComputed
+        Mean difference across participants minus the difference expected for each of them, with
+        the test of anticipation and habituation.
     people : tuple of PersonLimits
     """
 
@@ -87,6 +94,9 @@ class TaskLimits:
     ascending_level: MeanOverParticipants | NotComputed
     descending_level: MeanOverParticipants | NotComputed
     constant_error_level: MeanOverParticipants | NotComputed
+    spread_level: float
+    expected_error_level: float
+    unexpected_error_level: MeanOverParticipants | NotComputed
     people: tuple[PersonLimits, ...]
 
 
@@ -114,12 +124,22 @@ def _task(task: str, rows: pd.DataFrame, confidence: float) -> TaskLimits:
     by = [PARTICIPANT, "session", "run", "series"]
     whose: dict[str, dict[str, list[float]]] = {}
     found: list[float] = []
+    every: list[Series] = []
     for (who, *_), series in rows.sort_values("trial").groupby(by, observed=True, sort=True):
         transition = transition_level(series)
         found.append(transition)
         own = whose.setdefault(str(who), {ASCENDING: [], DESCENDING: []})
         if np.isfinite(transition):
             own[str(series["direction"].iloc[0])].append(transition)
+        every.append(
+            Series(
+                who=len(whose) - 1,
+                rising=bool(series["direction"].iloc[0] == ASCENDING),
+                levels=series["comparison_level"].to_numpy(float),
+                felt=series["felt"].to_numpy(float),
+            )
+        )
+    expected = noise_alone(every, len(whose))
     people = tuple(_person(who, own) for who, own in whose.items())
     up, down, threshold = (
         np.array([getattr(each, f"{name}_level") for each in people], np.float64)
@@ -137,6 +157,13 @@ def _task(task: str, rows: pd.DataFrame, confidence: float) -> TaskLimits:
         ascending_level=mean_over_participants(up, confidence),
         descending_level=mean_over_participants(down, confidence),
         constant_error_level=mean_over_participants(down - up, confidence),
+        spread_level=expected.spread_level,
+        expected_error_level=float(np.mean(expected.difference_level[np.isfinite(down - up)]))
+        if np.isfinite(down - up).any()
+        else float("nan"),
+        unexpected_error_level=mean_over_participants(
+            down - up - expected.difference_level, confidence
+        ),
         people=people,
     )
 
@@ -157,18 +184,21 @@ class _Limits(Statistic[tuple[TaskLimits, ...]]):
     meaning = "method of limits: mean transitions, and constant error between directions"
     families = (
         Family(
-            name="direction of series, t test of the constant error",
+            name="direction of series, t test of the constant error beyond noise",
             read=lambda tasks: [
-                task.constant_error_level.p for task in tasks if task.constant_error_level
+                task.unexpected_error_level.p for task in tasks if task.unexpected_error_level
             ],
         ),
     )
     methods = (
         "Thresholds by the method of limits are means of the transitions in ascending and "
-        "descending series, with equal weight for both directions."
+        "descending series, with equal weight for both directions. Noise alone ends descending "
+        "series higher than ascending series. The difference between directions was therefore "
+        "tested against the difference expected from cumulative normal functions with a threshold "
+        "per participant and a common spread."
     )
     conclusions = (
-        Named("*.constant_error_level.p", "{0}: ascending and descending series differ (t test)"),
+        Named("*.unexpected_error_level.p", "{0}: anticipation or habituation (t test)"),
     )
     headlines = (Named("*.threshold_level.mean", "{0}: threshold by the method of limits"),)
 

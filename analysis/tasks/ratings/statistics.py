@@ -27,6 +27,7 @@ from slipscale.analysis.statistics.mean_over_participants import (
 )
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.statistics.repeated_measures.omnibus import (
+    FRIEDMAN_ERRORS,
     Friedman,
     PageTrend,
     friedman_of,
@@ -286,7 +287,7 @@ class _Ratings(Statistic[tuple[TaskRatings, ...]]):
         "[[friedman1937]], between pairs of surfaces by Wilcoxon signed-rank tests "
         "[[wilcoxon1945]] with Holm's correction across all pairs [[holm1979]], and across ordered "
         "{q.levels} by Page's test [[page1963]]. Ratings were not normalised, and means have "
-        "t-based intervals, limited to the range of the scale."
+        "t-based intervals, limited to the range of the scale. " + FRIEDMAN_ERRORS
     )
     conclusions = (
         Named("*.friedman.p", "{0}: ratings differ between surfaces (Friedman's test)"),

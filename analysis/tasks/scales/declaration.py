@@ -171,15 +171,18 @@ class _Scales(OneStatistic[TaskScale]):
             )
             listing = f"; chosen: {shares}" if shares else ""
             return f"{what}: no scale was computed ({scale.reason}){listing}."
+        unit = (
+            "scale values (Bradley-Terry model, natural log odds of a choice, mean 0)"
+            if found.consistency
+            else "scale values (maximum likelihood difference scaling, from 0 to 1)"
+        )
         order = sorted(zip(scale.values, found.surfaces, strict=True), key=lambda each: each[0])
         values = [number(value) for value, _ in order]
         surfaces = [with_unit(name, quantity) for _, name in order]
         if len(set(values)) == 1:
-            return f"{what}: all scale values were {values[0]} ({joined(surfaces)})."
+            return f"{what}: all {unit} were {values[0]} ({joined(surfaces)})."
         names = joined([f"{value} ({name})" for value, name in zip(values, surfaces, strict=True)])
-        return (
-            f"{what}: from the least to the most {quantity.adjective}, scale values were {names}."
-        )
+        return f"{what}: from the least to the most {quantity.adjective}, {unit} were {names}."
 
     def task_blocks(self, task: TaskScale, svgs: Svgs, level: float, quantity: Quantity) -> Blocks:
         values = bool(task.consistency) or computed(task.differences) is not None

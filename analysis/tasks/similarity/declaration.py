@@ -100,8 +100,9 @@ class MapAnalysis(OneStatistic[Task]):
                 svgs,
                 f"{self.name}_{task.task}",
                 "Left: the group's map on its principal axes; its unit is arbitrary. Right: "
-                "stress-1 against the number of dimensions (0 if distances and dissimilarities are "
-                "in the same order). An added dimension never raises stress; a dimension that "
+                "stress-1 against the number of dimensions, with primary ties (0 if distances and "
+                "dissimilarities are in the same order, in which pairs of equal dissimilarity may "
+                "differ in distance). An added dimension never raises stress; a dimension that "
                 "barely lowers stress is not needed.",
                 "Map of " + ", ".join(with_unit(item, quantity) for item in task.items),
             ),

@@ -6,11 +6,18 @@ a pair is the proportion of participants who put the two items into different gr
 weights are computed for free sorting, because a single participant's dissimilarities are only 0 or
 1.
 
-The group map is non-metric (Kruskal 1964, Psychometrika 29, 1-27 and 115-129). The SMACOF function
-of scikit-learn starts from the classical solution, from random maps and from the map with one
-dimension less; the solution with the lowest stress-1 is rotated to its principal axes. Kruskal's
-stress-1 is computed from the map, because the function normalises its stress by the fitted instead
-of the actual distances. A participant's weights multiply the squared
+The group map is non-metric (Kruskal 1964, Psychometrika 29, 1-27 and 115-129). The SMACOF algorithm
+(de Leeuw 1977) starts from the classical solution, from random maps and from the map with one
+dimension less; the solution with the lowest stress-1 is rotated to its principal axes.
+
+Ties have Kruskal's primary treatment: pairs with the same dissimilarity may have different
+distances. Sorting has many ties, because every pair that nobody puts together has a dissimilarity
+of 1. For simulated people who sort items on a line, the stress of one dimension
+is 0 to 0.05 with primary ties. The secondary treatment (equal distances) gives a stress of 0.35,
+0.14 and 0.06 in one to three dimensions, and suggests dimensions that do not exist. For items on a
+plane, primary ties give a stress of about 0.2 in one dimension and 0.02 in two.
+
+A participant's weights multiply the squared
 distances along the axes. They are the non-negative weights that best fit the participant's squared
 dissimilarities (the subject step of Carroll and Chang 1970, Psychometrika 35, 283-319).
 """
@@ -19,6 +26,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from math import inf
 
 import numpy as np
 import pandas as pd
@@ -39,6 +47,8 @@ FEWEST_ITEMS = 4
 MOST_DIMENSIONS, SHOWN, STARTS, SEED = 4, 2, 12, 1
 #: Number of iterations from each start, and of further iterations for the two best solutions.
 SOME, MANY = 25, 1000
+#: Fall of the squared stress below which a search ends, and decimals in which ties agree.
+CONVERGED, DECIMALS = 1e-12, 9
 #: Standard deviation of a start's last dimension, relative to the map with one dimension less.
 SPREAD = 0.1
 
@@ -177,18 +187,30 @@ def _scaled(table: Array) -> Array:
 
 
 def stress_1(dissimilarities: Array, places: Array) -> float:
-    """Return Kruskal's stress-1 of a map: equal dissimilarities have equal fitted distances.
+    """Return Kruskal's stress-1 of a map, with the primary treatment of ties.
 
     >>> line = np.array([[0.0], [1.0], [3.0]])
     >>> stress_1(np.abs(line - line.T) ** 2, line)
     0.0
     """
     from scipy.spatial.distance import pdist, squareform
-    from sklearn.isotonic import IsotonicRegression
 
     distances = pdist(places)
-    fitted = IsotonicRegression().fit_transform(squareform(dissimilarities), distances)
-    return float(np.sqrt(((distances - fitted) ** 2).sum() / (distances**2).sum()))
+    left = distances - _monotone(squareform(dissimilarities), distances)
+    return float(np.sqrt((left**2).sum() / (distances**2).sum()))
+
+
+def _monotone(dissimilarities: Array, distances: Array) -> Array:
+    """Return the nearest distances in the order of the dissimilarities.
+
+    Pairs with the same dissimilarity may differ in distance.
+    """
+    from scipy.optimize import isotonic_regression
+
+    order = np.lexsort((distances, dissimilarities.round(DECIMALS)))
+    fitted = np.empty_like(distances)
+    fitted[order] = isotonic_regression(distances[order]).x
+    return fitted
 
 
 def scaled(
@@ -203,24 +225,26 @@ def scaled(
     lower : array, shape (items, dimensions - 1), optional
         The map with one dimension less. The stress is never above the stress of this map.
     """
-    from sklearn.manifold import smacof
+    from scipy.spatial.distance import pdist, squareform
+
+    pairs = squareform(dissimilarities)
 
     def improved(start: Array, iterations: int) -> tuple[Array, float]:
-        places, _ = smacof(
-            ranked,
-            metric=False,
-            n_components=dimensions,
-            init=start,
-            n_init=1,
-            max_iter=iterations,
-            eps=1e-9,
-            normalized_stress=True,
-        )
-        return np.asarray(places), stress_1(dissimilarities, places)
+        places, before = start, inf
+        for _ in range(iterations):
+            distances = pdist(places)
+            fitted = _monotone(pairs, distances)
+            stress = float(((distances - fitted) ** 2).sum() / (distances**2).sum())
+            if before - stress < CONVERGED:
+                break
+            before = stress
+            # Guttman's transform of SMACOF, for fitted distances of the same size.
+            size = np.sqrt((distances**2).sum() / (fitted**2).sum())
+            near = np.maximum(distances, TINY * distances.max())
+            ratio = squareform(size * fitted / near)
+            places = (np.diag(ratio.sum(axis=1)) - ratio) @ places / len(places)
+        return places, stress_1(dissimilarities, places)
 
-    # The function would take 0 for a missing value. Only the order of dissimilarities matters.
-    apart = ~np.eye(len(dissimilarities), dtype=bool)
-    ranked = np.where(apart & (dissimilarities == 0), _smallest(dissimilarities), dissimilarities)
     random = np.random.default_rng(SEED)
     starts = [_classical(dissimilarities, dimensions)]
     starts += [random.normal(size=starts[0].shape) for _ in range(STARTS)]
@@ -235,11 +259,6 @@ def scaled(
     begun = sorted((improved(start, SOME) for start in starts), key=lambda each: each[1])
     found += [improved(places, MANY) for places, _ in begun[:2]]
     return min(found, key=lambda each: each[1])
-
-
-def _smallest(dissimilarities: Array) -> float:
-    """Return half the smallest dissimilarity above 0."""
-    return float(dissimilarities[dissimilarities > 0].min()) / 2
 
 
 def _classical(dissimilarities: Array, dimensions: int) -> Array:
@@ -281,8 +300,9 @@ class _Similarity(Statistic[tuple[TaskMap | NotComputed, ...]]):
     meaning = "dissimilarity ratings: non-metric multidimensional scaling and participants' weights"
     methods = (
         "Dissimilarities, divided by each participant's root mean square and averaged, were scaled "
-        "by non-metric multidimensional scaling [[kruskal1964]]. Participants' weights apply to "
-        "squared distances along the map's principal axes [[carroll1970]]."
+        "by non-metric multidimensional scaling [[kruskal1964]] with the primary treatment of "
+        "ties. Participants' weights apply to squared distances along the map's principal axes "
+        "[[carroll1970]]."
     )
 
     compute = staticmethod(maps)

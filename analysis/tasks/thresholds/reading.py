@@ -6,7 +6,7 @@ Tables are recognised by their columns, because task labels differ between studi
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -20,6 +20,7 @@ from slipscale.analysis.reading.labelled_tasks import (
     add_counts,
     factors_of,
     header_of,
+    labels_of,
     read_main_trials,
 )
 from slipscale.analysis.reading.trial_tables import FACTOR, IDENTITY
@@ -28,6 +29,8 @@ from slipscale.experiments.dataset.measured import COEFFICIENT
 from slipscale.experiments.dataset.schema import INTERVAL, PARTICIPANT
 from slipscale.stimuli.quantity import PLATE_AMPLITUDE, Quantity
 
+#: The protocol whose question names no attribute, and its method.
+ODDITY = "oddity"
 #: Columns for the level and the answer, by which a table is recognised.
 FORCED_CHOICE = ("track_level", "correct")
 COMPARISON = ("comparison_level", "comparison_more")
@@ -126,7 +129,8 @@ def _read(
     frame = frame.assign(**_friction(frame, sources, problems))
     crossed = [name for name in factors if name in frame]
     frame = frame.assign(**{FACTOR + name: labels(frame, name, "") for name in crossed})
-    choices = told_choices(frame, marks, quantity_of(entries[0][0]))
+    odd = labels_of(folder, ODDITY) | {ODDITY}
+    choices = told_choices(frame, marks, quantity_of(entries[0][0]), odd=odd)
     answered = choices["correct"].notna() & choices["track_level"].notna()
     kept = choices[answered]
     add_counts(counts, "choice", unanswered=(~answered).sum(), analysed=len(kept))
@@ -152,7 +156,11 @@ def _friction(
 
 
 def told_choices(
-    frame: pd.DataFrame, marks: tuple[str, str], quantity: Quantity = PLATE_AMPLITUDE
+    frame: pd.DataFrame,
+    marks: tuple[str, str],
+    quantity: Quantity = PLATE_AMPLITUDE,
+    *,
+    odd: Collection[str] = (ODDITY,),
 ) -> pd.DataFrame:
     """Add the columns ``method``, ``catch`` and ``correct``, and convert levels for fitting.
 
@@ -162,6 +170,8 @@ def told_choices(
         Trials of one format, with parsed numbers.
     marks : tuple of str
         The format of the table: `FORCED_CHOICE` or `COMPARISON`.
+    odd : collection of str
+        Labels of tasks in which participants chose the odd stimulus.
     """
     _, answer = marks
     third = f"{INTERVAL}3_surface"
@@ -171,7 +181,9 @@ def told_choices(
     if marks == FORCED_CHOICE:
         has_third = frame[third].notna() if third in frame else pd.Series(False, frame.index)
         three = has_third.groupby(frame["task"]).transform("any")
-        frame["method"] = three.map({True: "three_interval", False: "two_interval"})
+        method = three.map({True: "three_interval", False: "two_interval"})
+        label = frame["task"].map(lambda task: str(task).partition("_")[0])
+        frame["method"] = method.mask(label.isin(list(odd)), ODDITY)
     else:
         frame["method"] = frame["task"].map(_methods(frame))
         _one_sided(frame, quantity)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from slipscale.analysis.statistics.not_computed import NotComputed, fold, missing
+from slipscale.analysis.statistics.psychometrics.psychometric_function import METHODS
 from slipscale.analysis.tasks.thresholds.cautions import CAUTIONS
 from slipscale.analysis.tasks.thresholds.friction_axis import FrictionThreshold
 from slipscale.analysis.tasks.thresholds.population_threshold import Factor, PopulationThreshold
@@ -29,6 +30,15 @@ _HALF_WAY = "for a typical participant (n = {n}), half-way between chance and be
 MEANT = {
     "two_interval": ("", f"{_HALF_WAY} (two-interval forced choice)"),
     "three_interval": ("", f"{_HALF_WAY} (three-interval forced choice)"),
+    # Half-way is 2/3 correct: d' is 2.32 in the triangular method (Ennis 1993, Journal of Sensory
+    # Studies 8, 353-370), and 0.95 half-way in two-interval forced choice.
+    "oddity": (
+        "",
+        (
+            f"{_HALF_WAY} (oddity with three intervals, for which this corresponds to a d′ of "
+            "2.32, instead of 0.95 in two-interval and 1.12 in three-interval forced choice)"
+        ),
+    ),
     COMPARED: (
         "point of subjective equality ",
         "for a typical participant (n = {n}); at this level, half of the answers are “{q.more}”",
@@ -47,16 +57,18 @@ def title(found: TaskThresholds, quantity: Quantity) -> str:
 
     >>> from types import SimpleNamespace
     >>> from slipscale.stimuli.quantity import PLATE_AMPLITUDE
-    >>> task = SimpleNamespace(task="differencethreshold", standard_level=1.2, method="")
+    >>> task = SimpleNamespace(task="oddity", standard_level=1.2, method="oddity")
     >>> title(task, PLATE_AMPLITUDE)
-    'Difference threshold at 1.2 µm'
+    'Difference threshold by oddity at 1.2 µm'
     """
     if found.method == COMPARED:
         standard = quantity.value(found.standard_level or 0)
         return task_name(f"Constant stimuli around {standard}", found.task)
     if found.standard_level is None:
         return task_name("Detection threshold", found.task)
-    return task_name(f"Difference threshold at {quantity.value(found.standard_level)}", found.task)
+    by = "" if METHODS[found.method].by_magnitude else " by oddity"
+    at = quantity.value(found.standard_level)
+    return task_name(f"Difference threshold{by} at {at}", found.task)
 
 
 def answers(found: TaskThresholds, confidence: float, quantity: Quantity) -> list[str]:

@@ -28,7 +28,7 @@ class _Sorting(Statistic[tuple[TaskMap | NotComputed, ...]]):
     methods = (
         "The dissimilarity of two sorted items is the proportion of participants who put them "
         "into different groups. Dissimilarities were scaled by non-metric multidimensional scaling "
-        "[[kruskal1964]]."
+        "[[kruskal1964]] with the primary treatment of ties."
     )
 
     compute = staticmethod(maps)

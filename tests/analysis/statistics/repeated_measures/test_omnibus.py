@@ -17,6 +17,7 @@ from slipscale.analysis.statistics.mixed_model import mixed_model
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.statistics.reliability import reliability
 from slipscale.analysis.statistics.repeated_measures import omnibus
+from slipscale.analysis.statistics.repeated_measures.omnibus import friedman_of
 from slipscale.analysis.statistics.repeated_measures.pairwise import pairwise, signed_rank_p
 from slipscale.analysis.tasks.difference.proportions import exact_interval
 from slipscale.analysis.tasks.estimation import sentences as apa
@@ -345,3 +346,30 @@ def test_a_p_is_never_printed_as_zero():
     assert _p(0.0001) == "$<$.001"
     assert _p(0.0213) == ".021"
     assert _p(float("nan")) is None
+
+
+@pytest.mark.parametrize("people", [3, 6, 12])
+@pytest.mark.parametrize("spread", [1.0, 10.0])
+def test_friedmans_error_rate_is_as_stated(people, spread):
+    """Two to six percent; the F form is significant in 20 % with three people and conditions."""
+    rng = np.random.default_rng(people)
+    values = rng.normal(size=(1500, people, 3)) * np.array([1.0, 1.0, spread])
+    found = [friedman_of(pd.DataFrame(each), 0) for each in values]
+    chi2 = np.array([each.chi2 for each in found])
+    ranks = (values.argsort(axis=2).argsort(axis=2) + 1).sum(axis=1)
+    assert chi2 == pytest.approx(((ranks - 2 * people) ** 2).sum(axis=1) / people)
+    share = np.mean([each.p < 0.05 for each in found])
+    assert 0.01 < share < 0.08
+    left = np.maximum(2 * people - chi2, 1e-9)
+    by_f = stats.f.sf((people - 1) * chi2 / left, 2, 2 * (people - 1)) < 0.05
+    assert (by_f.mean() > 0.15) is (people == 3)
+
+
+def test_one_geometric_mean_is_singular():
+    quantity = PLATE_AMPLITUDE
+    one = pd.DataFrame({"geometric_mean": [12.0], "level": [1.2]})
+    assert apa.geometric_means(one, quantity) == (
+        "The geometric mean of slipperiness was 12.00 at 1.2 µm."
+    )
+    two = pd.DataFrame({"geometric_mean": [12.0, 20.0], "level": [1.2, 2.3]})
+    assert apa.geometric_means(two, quantity).startswith("Geometric means of slipperiness were")

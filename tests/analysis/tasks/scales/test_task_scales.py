@@ -115,7 +115,10 @@ def test_scale_values_that_are_all_equal_are_in_no_order():
     ]
     (found,) = scales(table(both, "pairs"))
     said = ANALYSIS.task_answer(found, 0.95, PLATE_AMPLITUDE)
-    assert said.endswith(": all scale values were 0.00 (0.5 µm, 1.2 µm and 2.3 µm).")
+    assert said.endswith(
+        ": all scale values (Bradley-Terry model, natural log odds of a choice, mean 0) were 0.00 "
+        "(0.5 µm, 1.2 µm and 2.3 µm)."
+    )
 
 
 def test_without_trials_it_is_said():

@@ -10,7 +10,13 @@ from slipscale.analysis.load import load
 from slipscale.analysis.pipeline import analyse
 from slipscale.analysis.reading.mapping import parse_mapping
 from slipscale.analysis.statistics.not_computed import NotComputed
-from slipscale.analysis.tasks.similarity.statistics import SIMILARITY, _scaled, map_of, scaled
+from slipscale.analysis.tasks.similarity.statistics import (
+    SIMILARITY,
+    _scaled,
+    map_of,
+    scaled,
+    stress_1,
+)
 from slipscale.faults import UserError
 
 #: Ten items with noise; the lower triangle by rows.
@@ -147,3 +153,45 @@ def test_a_table_is_scaled_to_a_root_mean_square_of_one_over_the_pairs_that_are_
 @pytest.mark.parametrize("value", [0.0, np.nan])
 def test_a_table_without_any_difference_has_no_scale(value):
     assert np.isnan(_scaled(np.full((3, 3), value))).all()
+
+
+def of_sorting(dimensions, seed, items=9, people=20, groups=4):
+    """Return shares of people who separate items: each divides the space into regions."""
+    rng = np.random.default_rng(seed)
+    places = rng.uniform(size=(items, dimensions))
+    if dimensions == 1:
+        places = np.linspace(0, 1, items)[:, None]
+    table = np.zeros((items, items))
+    for _ in range(people):
+        centres = rng.uniform(size=(groups, dimensions))
+        group = ((places[:, None] - centres) ** 2).sum(axis=2).argmin(axis=1)
+        table += group[:, None] != group
+    return table / people
+
+
+def test_sorted_items_on_a_line_need_one_dimension_and_items_on_a_plane_two():
+    """With secondary ties, stress suggested dimensions that do not exist: .35, .14, .06."""
+    line, plane, second = [], [], []
+    for seed in range(12):
+        table = of_sorting(1, seed)
+        places, stress = scaled(table, 1)
+        line.append(stress)
+        distances = pdist(places)
+        pairs = squareform(table).round(9)
+        means = np.array([distances[pairs == each].mean() for each in pairs])
+        fitted = isotonic_regression(means[np.argsort(pairs)]).x
+        left = distances[np.argsort(pairs)] - fitted
+        second.append(np.sqrt((left**2).sum() / (distances**2).sum()))
+        of_plane = of_sorting(2, seed, people=30)
+        one, stress = scaled(of_plane, 1)
+        plane.append((stress, scaled(of_plane, 2, one)[1]))
+    assert np.median(line) < 0.02
+    assert np.median(second) > 0.1
+    assert np.median(plane, axis=0)[0] > 0.1
+    assert np.median(plane, axis=0)[1] < 0.06
+
+
+def test_every_equal_dissimilarity_may_have_its_own_distance():
+    """Three items on a line, all pairs equal: secondary ties would have a stress of a third."""
+    line = np.array([[0.0], [1.0], [2.0]])
+    assert stress_1(np.ones((3, 3)) - np.eye(3), line) == 0
