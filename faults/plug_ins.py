@@ -35,7 +35,7 @@ def installed(group: str) -> Mapping[str, EntryPoint]:
     found: dict[str, EntryPoint] = {}
     for point in entry_points(group=group):
         known = found.setdefault(point.name, point)
-        if known.value != point.value:
+        if (known.value, package_of(known)) != (point.value, package_of(point)):
             sources = " and ".join(
                 sorted(f"{each.value} ({package_of(each)})" for each in (known, point))
             )

@@ -315,7 +315,7 @@ def made_by_plate(
         judged=judged,
         decimals=AMPLITUDE_DECIMALS if unit == PLATE_AMPLITUDE.unit else None,
         noun=noun,
-        nouns=re.sub(r"(?<=[^aeiou])y$", "ie", noun) + "s",
+        nouns=re.sub(r"(?<=[^aeiou])y$", "ie", re.sub(r"(?<=s)$", "e", noun)) + "s",
         suffix=suffix,
         falls=falls,
     )

@@ -80,11 +80,16 @@ def copies(dataset: Path) -> Iterator[Problem]:
                 continue
             file = path.relative_to(dataset).as_posix()
             original = path.with_name(COPIED.sub("", path.name))
-            what = "is not used; it seems to be a copy: compare it with the original, and remove it"
+            what = Message(
+                "is not used; it seems to be a copy: compare it with the original, and remove it"
+            )
             if path.suffix == ".jsonl" and original.is_file():
                 lines, own = (each.read_bytes().count(b"\n") for each in (path, original))
-                what += Message(
-                    " ({lines} records here, {own} in the original)", lines=lines, own=own
+                what = Message(
+                    "is not used; it seems to be a copy: compare it with the original, and remove "
+                    "it ({lines} records here, {own} in the original)",
+                    lines=lines,
+                    own=own,
                 )
             yield Problem(file=file, what=what)
 

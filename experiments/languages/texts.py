@@ -103,7 +103,18 @@ def load_texts(
         raise UserError("; ".join(sentences))
     known = words or ATTRIBUTES[SLIPPERINESS].get(language, ATTRIBUTES[SLIPPERINESS][ENGLISH])
     own = {key: known.fill(text) for key, text in flatten(replacements or {}).items()}
-    return shipped_texts(language, words) | dict(brought or {}) | own
+    return _Complete(language, shipped_texts(language, words) | dict(brought or {}) | own)
+
+
+class _Complete(dict[str, str]):
+    """Texts of a language; a text that a package's protocol lacks is named in a sentence."""
+
+    def __init__(self, language: str, texts: Texts) -> None:
+        super().__init__(texts)
+        self._language = language
+
+    def __missing__(self, key: str) -> str:
+        raise UserError("text '{key}' is missing in '{language}'", key=key, language=self._language)
 
 
 @cache

@@ -12,7 +12,8 @@ from importlib.metadata import EntryPoint
 from typing import TYPE_CHECKING, Any, get_args
 
 from slipscale.experiments.steps.questions.registry import watched
-from slipscale.experiments.steps.steps import Ask, Step, Steps
+from slipscale.experiments.steps.steps import Ask, EndTrial, Step, Steps
+from slipscale.experiments.steps.trial import Trial
 from slipscale.faults import UserError
 from slipscale.faults.message import Message
 from slipscale.faults.plug_ins import called
@@ -114,8 +115,16 @@ def _steps(protocol: Protocol, point: EntryPoint) -> Callable[[Any, Context], St
                 name=type(own).__name__,
             )
         answer: Answer = None
+        begun: Trial | None = None  # a trial that is not ended yet
         while True:
             step = called(point, lambda: _next(own, answer), named)  # noqa: B023 - called at once
+            if step is OVER and begun is not None:
+                raise UserError(
+                    "{protocol} end without an EndTrial for trial {number}, so its answers would "
+                    "be in no table; yield EndTrial(trial=trial) after the last answer",
+                    protocol=named,
+                    number=begun.number,
+                )
             if step is OVER:
                 return
             if not isinstance(step, STEPS):
@@ -127,6 +136,8 @@ def _steps(protocol: Protocol, point: EntryPoint) -> Callable[[Any, Context], St
                 )
             if isinstance(step, Ask):
                 step = replace(step, question=watched(step.question, protocol.named))
+            trial = getattr(step, "trial", None)
+            begun = None if isinstance(step, EndTrial) else trial or begun
             answer = yield step
 
     return steps

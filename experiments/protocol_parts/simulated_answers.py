@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from slipscale.experiments.steps.replies import FEEL_AGAIN
+from slipscale.experiments.steps.replies import FEEL_AGAIN, is_answer
 from slipscale.experiments.steps.simulated_person import SimulatedPerson
 from slipscale.experiments.steps.steps import Adjust, Ask
 from slipscale.experiments.steps.trial import Value
@@ -77,5 +77,6 @@ def misfit(step: Ask | Adjust, value: object) -> str | None:
     if isinstance(step, Adjust):
         fits, words = _notches(step, value), "a whole number of notches"
     else:
-        fits, words = step.question.fits(value), step.question.EXPECTED
+        fits = is_answer(value) and step.question.fits(value)
+        words = step.question.EXPECTED
     return None if fits else f"answered {value!r} to '{step.name}', expected {words}"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -13,6 +14,11 @@ NO_SOUND = "no_sound"
 FEEL_AGAIN = "feel again"
 # Participant's reply that returns to the previous question; free text cannot contain this value.
 BACK = "\b"
+
+
+def is_answer(value: object) -> bool:
+    """Return whether a value can be an answer: a text, a finite number, or true or false."""
+    return isinstance(value, str | int) or (isinstance(value, float) and math.isfinite(value))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

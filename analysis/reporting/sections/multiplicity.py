@@ -19,12 +19,8 @@ def tests_made(analysis: Analysis) -> ReportSection:
     level = unit_number(found.level, 3).rstrip("0")
     below = sum(family.below for family in found.families)
     over_all = sum(family.below_over_all for family in found.families)
-    section.gist = [
-        (
-            f"Tests significant at {level}: {below} of {found.tests}, or {over_all} if all tests are "
-            "corrected as one family."
-        )
-    ]
+    corrected = f"{over_all} if all tests are corrected as one family"
+    section.gist = [f"Tests significant at {level}: {below} of {found.tests}, or {corrected}."]
     section.blocks.append(
         html.table(
             html.columns(

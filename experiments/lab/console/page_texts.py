@@ -85,7 +85,11 @@ class Words:
         messages = catalogue(self.language).messages
         if not isinstance(text, Message) or not text.values:
             return messages.get(text, text)
-        values = {k: self.say(v) if isinstance(v, str) else v for k, v in text.values.items()}
+        # A value in quotation marks is a name, such as a key of a file, which has no translation.
+        values = {
+            k: self.say(v) if isinstance(v, str) and f"'{{{k}}}'" not in text.template else v
+            for k, v in text.values.items()
+        }
         return messages.get(text.template, text.template).format(**values)
 
     def decimal(self, shown: str) -> str:

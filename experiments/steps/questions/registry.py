@@ -16,7 +16,7 @@ from types import FunctionType, new_class
 from typing import Any, TypeVar
 
 from slipscale.experiments.steps.questions.base import Question
-from slipscale.experiments.steps.replies import BACK, Reply
+from slipscale.experiments.steps.replies import BACK, Reply, is_answer
 from slipscale.experiments.steps.screens.entry import Entry
 from slipscale.experiments.steps.screens.screen import Screen
 from slipscale.faults import UserError
@@ -56,9 +56,9 @@ def load_kind(name: str) -> type[Question]:
             named=named,
             kind=repr(kind),
         )
-    if lacking := sorted(kind.__abstractmethods__):
+    if lacking := sorted({*kind.__abstractmethods__} | ({"EXPECTED"} - {*dir(kind)})):
         raise UserError(
-            "{named}: {name} lacks {lacking}; define every required method",
+            "{named}: {name} lacks {lacking}; define everything that is required",
             named=named,
             name=kind.__name__,
             lacking=", ".join(lacking),
@@ -87,6 +87,15 @@ def watched(question: Question, asker: str) -> Question:
             if package_of(point) == OURS:
                 return question
             made = {each.name: getattr(question, each.name) for each in fields(question)}
+            for own, value in made.items():
+                if not _plain(value):
+                    raise UserError(
+                        "{named}: the field '{own}' is {value}, which a journal cannot hold; "
+                        "expected texts, numbers, true or false, and tuples or tables of these",
+                        named=_named(point),
+                        own=own,
+                        value=repr(value),
+                    )
             return _watched_kind(kind, point)(**made)
     raise UserError(
         "{asker}: {kind} is not an installed kind of question; expected an entry "
@@ -95,6 +104,14 @@ def watched(question: Question, asker: str) -> Question:
         kind=kind.__name__,
         group=QUESTIONS,
     )
+
+
+def _plain(value: object) -> bool:
+    if isinstance(value, Mapping):
+        return all(isinstance(key, str) and _plain(each) for key, each in value.items())
+    if isinstance(value, tuple | list):
+        return all(map(_plain, value))
+    return value is None or is_answer(value)
 
 
 def _named(point: EntryPoint) -> str:
@@ -117,7 +134,7 @@ def _own_parts_watched(point: EntryPoint) -> Callable[[Any, object], None]:
         def fits(_part: object, outcome: object) -> None:
             if not isinstance(outcome, Reply) or outcome.timed_out or outcome.value == BACK:
                 return
-            if not question.fits(outcome.value):
+            if not (is_answer(outcome.value) and question.fits(outcome.value)):
                 raise UserError(
                     "{named} accepted {value}, expected {expected}",
                     named=_named(point),

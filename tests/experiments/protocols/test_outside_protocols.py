@@ -207,6 +207,14 @@ def test_a_study_may_replace_a_text_that_a_protocol_brings(pilot):
         ),
         ({"steps": lambda *_: forever()}, "not finished after 10,000 steps"),
         (
+            {
+                "steps": lambda o, c: (
+                    step for step in steps(o, c) if not isinstance(step, EndTrial)
+                )
+            },
+            "its steps end without an EndTrial for trial 2, so its answers would be in no table",
+        ),
+        (
             {"trials": broken},
             r"trials raised KeyError: 'lost' \(module .*protocols, line",
         ),
@@ -236,6 +244,8 @@ def test_what_is_wrong_with_a_protocol_is_one_sentence_and_nothing_is_recorded(
     [
         (broken, "to 'grip' raised KeyError"),
         (lambda *_: "much", "answered 'much' to 'grip', expected"),
+        (lambda *_: [1.0, 2], r"answered \[1.0, 2\] to 'grip', expected"),
+        (lambda *_: float("nan"), "answered nan to 'grip', expected"),
     ],
 )
 def test_a_simulated_answer_that_fails_is_a_sentence(pilot, answer, said):

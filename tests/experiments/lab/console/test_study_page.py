@@ -60,7 +60,7 @@ def test_every_fault_is_told_at_its_line_and_nothing_is_saved(visitor, own_study
     faulty = text.replace("seed = 2007", "seed = -7").replace("series = 1", "series = 0")
     status, said = visitor.ask("save", text=faulty, before=before)
     assert status == 409
-    found = [("7", "seed"), ("13", "series of item 1 of tasks")]
+    found = [("6", "seed"), ("12", "series of item 1 of tasks")]
     assert re.findall(r"line (\d+), ([a-z 0-9]+)", said) == found
     edited = visitor.edit(faulty).json()
     assert [line for line, _ in edited["faults"]] == [7, 13]
@@ -131,7 +131,7 @@ def test_a_change_in_the_form_keeps_comments_and_brings_form_trials_and_faults(v
     assert 'class="surface"' in edited["html"]
     wrong = visitor.edit(text, change=set_it | {"value": "many"}).json()
     assert "expected a whole number, got &#39;many&#39;" in wrong["html"]
-    assert wrong["faults"][0][0] == 18
+    assert wrong["faults"][0][0] == 17
     assert own_study.read_text() == text  # nothing is saved
     assert visitor.edit("x", change=set_it).status_code == 409
     assert "not TOML" in visitor.edit("x").json()["faults"][0][1]

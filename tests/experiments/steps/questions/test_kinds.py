@@ -204,7 +204,7 @@ def grip(monkeypatch):
 @pytest.mark.parametrize(
     "kind, said",
     [
-        (Unfinished, "'grip' of the package ourlab: Unfinished lacks fits, rehearsed"),
+        (Unfinished, "'grip' of the package ourlab: Unfinished lacks EXPECTED, fits, rehearsed"),
         (int, "entry point is <class 'int'>, expected a class derived from Question"),
         (Grip(prompt="?"), "expected a class derived from Question"),
     ],
