@@ -50,8 +50,11 @@ def test_the_page_shows_each_part_with_its_value_and_each_figure(pages):
     for number in range(1, 16):
         assert f"(paper/fig{number}.svg)" in text
         assert pages[f"validation/paper/fig{number}.svg"].startswith("<svg")
-    assert "| `fig9.analytic.25kHz` | 14.75 | 13.603 mm | differs: equation (38)" in text
-    assert "| `eq.10` | equal | 0.27694 relative difference | differs: the last line" in text
+    assert "| 14.75 | 13.603 mm | **differs** (`fig9.analytic.25kHz`): equation (38)" in text
+    assert (
+        "`infinite_squeeze.edge_squared` | equal | 0.27694 relative difference | **differs**"
+        in text
+    )
 
 
 def test_each_statement_of_the_experiment_has_what_the_session_does(pages):

@@ -202,16 +202,19 @@ print is right."""
 def _covered(kind: str, places: dict[int, tuple[str, str]], compared: list[Comparison]) -> str:
     rows = []
     for number, (what, place) in places.items():
-        covering = [one for one in compared if f"{kind}.{number}" in one.outcome.covers]
-        for first, one in zip([True] + [False] * len(covering), covering, strict=False):
+        # The last two names identify the code; the file has the name of the module.
+        part = f"**{number}** {what}, `{'.'.join(place.split('.')[-2:])}`"
+        for one in compared:
+            if f"{kind}.{number}" not in one.outcome.covers:
+                continue
             outcome = one.outcome
             rows.append(
                 [
-                    f"**{number}** {what}, `{place.removeprefix('slipscale.')}`" if first else "",
-                    f"`{one.item}`",
+                    part,
                     outcome.published or "–",
                     f"{outcome.shown} {outcome.unit}",
-                    f"{outcome.group}: {outcome.reason}",
+                    f"**{outcome.group}** (`{one.item}`): {outcome.reason}",
                 ]
             )
-    return table(["part and code", "item", "paper", "computed", "agreement"], rows)
+            part = ""
+    return table(["part and code", "paper", "computed", "agreement"], rows)
