@@ -149,6 +149,33 @@ def setup(name: str, published: str, unit: str) -> Outcome:
     )
 
 
+def ridge_height() -> Outcome:
+    """Compute the height 2h_e of the epidermal ridges (Section II and Fig. 2)."""
+    from slipscale.stimuli.film.squeeze_film import FINGER
+
+    return Outcome(
+        published="100",
+        ours=2 * FINGER.ridge_amplitude_um,
+        unit="µm",
+        reason="twice h_e from Table I; the paper states around 100 µm",
+        covers=("fig.2",),
+    )
+
+
+def mesh_gap() -> Outcome:
+    """Compute the gap that 7 ceramics of 11 mm leave on 83 mm (Section III-C and Fig. 10)."""
+    from slipscale.hardware.plate.geometry import Layout
+
+    layout = Layout.prototype()
+    return Outcome(
+        published="1",
+        ours=(layout.length_mm - layout.columns * 11) / (layout.columns - 1),
+        unit="mm",
+        reason="83 mm less seven times 11 mm, divided by six gaps; Fig. 10 shows the mesh",
+        covers=("fig.10",),
+    )
+
+
 def table1(name: str) -> Outcome:
     """Compare a constant of Table I with the default of the models."""
     from slipscale.stimuli.film.squeeze_film import AIR, FINGER, NORMAL_FORCE_N, ROUGHNESS_UM
@@ -183,10 +210,12 @@ ITEMS: Mapping[str, Callable[[], Outcome]] = {
     "table2.alpha": alpha,
     "table2.c11p": c11p,
     "table2.d31": d31,
-    "plate.area": plate_area,
-    "plate.half_wave": plate_half_wave,
+    "fig1.area": plate_area,
+    "fig1.half_wave": plate_half_wave,
     "fig9.harmonic_cross": harmonic_cross,
     "first_test.share_at_least": first_test_share,
+    "fig2.ridge_height": ridge_height,
+    "fig10.gap": mesh_gap,
     "fig14.participants": partial(setup, "participants", "12", "people"),
     "fig14.surfaces": partial(setup, "surfaces", "4", "amplitudes"),
 }

@@ -44,7 +44,7 @@ def items(checks: Mapping[int, Check]) -> dict[str, Callable[[], Outcome]]:
     return {
         f"eq.{number}": item(
             check.difference,
-            "0",
+            "equal",
             "relative difference",
             check.reason,
             rule=no_difference,

@@ -162,6 +162,13 @@ def draw_fig12() -> Figure:
     return figure
 
 
+def _drawing(name: str) -> Figure:
+    from slipscale.analysis.figures.drawings import DRAWINGS
+
+    figure: Figure = DRAWINGS[name]()
+    return figure
+
+
 # Values are computed, and large libraries imported, only on request.
 ITEMS: Mapping[str, Callable[[], Outcome]] = {
     # Section III-B: the half wave that deflects by 1.5 µm at 15 V
@@ -170,14 +177,22 @@ ITEMS: Mapping[str, Callable[[], Outcome]] = {
         "8.2",
         "mm",
         "equation (37) with d31 from Table II; constants from Appendix B would give another value",
-        covers=("eq.28", "eq.36", "eq.37", "fig.7", "fig.8"),
+        covers=("eq.28", "eq.36", "eq.37", "fig.8"),
     ),
-    "neutral_line": item(
+    "fig7.deflection": item(
+        lambda: 1e3 * float(_printed().static_deflection_um(83 / 8, 15.0)),
+        None,
+        "nm",
+        "static deflection at mid-span of a section of 83 mm / 8 at 15 V, equation (28); the paper "
+        "does not state a value",
+        covers=("eq.28", "fig.7"),
+    ),
+    "fig6.neutral_line": item(
         lambda: _printed().neutral_ratio,
         None,
         "z0/h_p",
         "computed from equation (42) with α = 1.81 and β = 2; the paper does not state a value",
-        covers=("eq.42",),
+        covers=("eq.42", "fig.6"),
     ),
     # Section III-B: the half wave of the paper's beam model
     "fig9.analytic.25kHz": item(
@@ -269,6 +284,7 @@ ITEMS: Mapping[str, Callable[[], Outcome]] = {
 }
 
 FIGURES: Mapping[str, Callable[[], Figure]] = {
+    **{f"fig{number}": partial(_drawing, f"fig{number}") for number in (1, 2, 6, 7, 10, 13, 14)},
     "fig8": draw_fig8,
     "fig9": draw_fig9,
     "fig11": draw_fig11,

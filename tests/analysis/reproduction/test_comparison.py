@@ -84,7 +84,7 @@ def test_the_summary_counts_agreement_by_construction_separately(capsys):
     assert compared("0", 0.0).outcome.group == "agrees"
     assert compared("0", 1.0, by_construction=True).outcome.group == "differs"
     assert compared(None, 1.0).outcome.group == "not published"
-    print_comparisons(compare(["table3", "table1", "eq.1", "eq.4", "eq.5", "neutral_line"]))
+    print_comparisons(compare(["table3", "table1", "eq.1", "eq.4", "eq.5", "fig6.neutral_line"]))
     said = " ".join(capsys.readouterr().out.split())
     assert "Independent items: 1 agree with the paper, and 1 differ" in said
     assert "By construction, 23 items agree" in said
