@@ -7,7 +7,7 @@ statistics and tests are computed.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from math import inf
 from pathlib import Path
@@ -30,6 +30,7 @@ from slipscale.analysis.tasks.outside import guard
 from slipscale.analysis.tasks.table import KINDS, TRIALS, conclude
 from slipscale.experiments.dataset.hand_exclusions import BY_HAND, excluded_by_hand
 from slipscale.experiments.dataset.schema import PARTICIPANT
+from slipscale.experiments.study.analysis_choices import Axis
 from slipscale.faults import UserError
 
 
@@ -42,6 +43,7 @@ def analyse(
     *,
     normalise: str | None = None,
     equivalence_ratio: float | None = None,
+    axis: Axis | None = None,
     bayesian: bool = False,
     progress: Callable[[str], None] | None = None,
 ) -> Analysis:
@@ -57,6 +59,8 @@ def analyse(
     equivalence_ratio : float, optional
         Largest ratio of two geometric means at which the amplitudes count as equivalent. The
         default is the ratio in the study file.
+    axis : {"linear", "logarithmic"}, optional
+        Axis of threshold curves. The default is the axis in the study file.
     bayesian : bool
         Whether to sample the hierarchical Bayesian power function as well, which requires the extra
         ``bayes``.
@@ -80,7 +84,8 @@ def analyse(
         error = OutsideTasks if data.others else UserError
         raise error(f"{data.name}: {data_warnings.nothing(data, TRIALS)}")
     absences = data_warnings.absent(data)
-    data, changes = _with_ratio(data, equivalence_ratio)
+    asked = {"equivalence_ratio": equivalence_ratio, "axis": axis}
+    data, changes = _with_choices(data, asked)
     tell("checking data quality")
     measures = data_quality.measures(data, data.choices.thresholds)
     flags = data_quality.flags(measures, data.choices.thresholds)
@@ -139,23 +144,31 @@ def analyse(
     return guard.evaluated(analysis, faults)
 
 
-def _with_ratio(data: Dataset, asked: float | None) -> tuple[Dataset, list[str]]:
-    """Set the requested equivalence ratio; add a note if the study sets a different ratio."""
-    frozen = data.choices.equivalence_ratio
-    if asked is None or asked == frozen:
-        return data, []
-    if not 1 < asked < inf:
+def _with_choices(data: Dataset, asked: Mapping[str, object]) -> tuple[Dataset, list[str]]:
+    """Set the requested choices; add a note for each that a frozen study sets differently."""
+    own = data.choices
+    differing = {
+        name: value
+        for name, value in asked.items()
+        if value is not None and value != getattr(own, name)
+    }
+    ratio = differing.get("equivalence_ratio", 2.0)
+    if not (isinstance(ratio, float | int) and 1 < ratio < inf):
         raise UserError(
-            "the equivalence ratio is {asked:g}; expected a number above 1", asked=asked
+            "the equivalence ratio is {asked:g}; expected a number above 1", asked=ratio
         )
-    choices = data.choices.model_copy(update={"equivalence_ratio": asked})
+    if "axis" in differing and own.threshold_curve:
+        raise UserError(
+            "--axis: the study sets threshold_curve = {curve}, which has its own axis; remove one "
+            "of them",
+            curve=own.threshold_curve,
+        )
     notes = [
-        (
-            f"The frozen study sets an equivalence_ratio of {frozen:g}, but the analysis used "
-            f"{asked:g}."
-        )
+        f"The frozen study sets {name} = {getattr(own, name)}, but the analysis used {value}."
+        for name, value in differing.items()
+        if name in data.frozen
     ]
-    return replace(data, choices=choices), notes if "equivalence_ratio" in data.frozen else []
+    return replace(data, choices=own.model_copy(update=differing)), notes
 
 
 def normalised(

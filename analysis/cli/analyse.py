@@ -94,7 +94,7 @@ def add_data(parser: ArgumentParser) -> None:
     """Add the arguments for the data and the analysis method."""
     from typing import get_args
 
-    from slipscale.experiments.study.analysis_choices import Normalisation
+    from slipscale.experiments.study.analysis_choices import Axis, Normalisation
 
     rules = get_args(Normalisation)
     parser.add_argument(
@@ -128,6 +128,12 @@ def add_data(parser: ArgumentParser) -> None:
         type=float,
         help="ratio of geometric means within which two amplitudes count as equal (default: as in "
         "the study file, otherwise 1.25)",
+    )
+    parser.add_argument(
+        "--axis",
+        choices=get_args(Axis),
+        help="axis of all threshold curves (default: as in the study file, otherwise logarithmic "
+        "for forced choice and linear for yes-no answers and comparisons)",
     )
     parser.add_argument(
         "--bayesian",
@@ -215,6 +221,7 @@ def analysed(args: Namespace, progress: Callable[[str], None]) -> Analysis:
         data,
         normalise=args.normalise,
         equivalence_ratio=args.equivalence,
+        axis=args.axis,
         bayesian=args.bayesian,
         progress=progress,
     )

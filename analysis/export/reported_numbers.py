@@ -107,6 +107,7 @@ def settings(analysis: Analysis) -> pd.DataFrame:
         "largest_mean": str(RULES[analysis.rule].most),
         "standard_deviation": choices.standard_deviation,
         "equivalence_ratio": f"{choices.equivalence_ratio!r}",
+        "axis": choices.axis or "",
         "threshold_curve": choices.threshold_curve or "",
         "threshold_share": f"{choices.threshold_share!r}",
         "largest_lapse": f"{choices.largest_lapse!r}",

@@ -6,9 +6,9 @@ which choices were fixed in advance.
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, Literal, Self
 
-from pydantic import AfterValidator, Field
+from pydantic import AfterValidator, Field, model_validator
 
 from slipscale.faults.frozen_table import FrozenTable, setting
 from slipscale.faults.message import Message
@@ -73,6 +73,9 @@ Test = Literal[
 ]
 Primary = Literal["ranks", "logarithms"]
 ThresholdCurve = Literal["weibull", "log_logistic", "log_normal", "gumbel", "logistic", "normal"]
+#: Curves that are functions of the logarithm of the level.
+LOGARITHMIC = ("weibull", "log_logistic", "log_normal")
+Axis = Literal["linear", "logarithmic"]
 Share = Annotated[float, Field(ge=0, le=1)]
 
 
@@ -199,6 +202,14 @@ class AnalysisChoices(FrozenTable):
         "Column of participants.tsv that contains each participant's group, for comparisons of "
         "groups; default: the column `group`, if it exists.",
     )
+    axis: Axis | None = setting(
+        None,
+        "Axis of all threshold curves: the level itself (linear) or its logarithm. A normal "
+        "function of the logarithm suits thresholds at which the just noticeable difference grows "
+        "with the level. Default: logarithmic for forced choice, in which a level of 0 means "
+        "guessing; linear for yes-no answers, whose catch trials have a level of 0, and for "
+        "comparisons on both sides of a standard.",
+    )
     threshold_curve: ThresholdCurve | None = setting(
         None,
         "Psychometric function for thresholds: weibull, log_logistic and log_normal are "
@@ -236,3 +247,16 @@ class AnalysisChoices(FrozenTable):
         "Path of the codebook for verbal reports, relative to the data set; default: the shipped "
         "codebook.",
     )
+
+    @model_validator(mode="after")
+    def _one_axis(self) -> Self:
+        curve = self.threshold_curve
+        if self.axis and curve and (curve in LOGARITHMIC) != (self.axis == "logarithmic"):
+            raise ValueError(
+                Message(
+                    "threshold_curve {curve} is not on a {axis} axis; remove one of them",
+                    curve=curve,
+                    axis=self.axis,
+                )
+            )
+        return self

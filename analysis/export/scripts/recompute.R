@@ -487,13 +487,21 @@ difference <- function(rows, settings, confidence) {
     out <- c(out, d_prime = s[["pooled_d_prime"]], under("signal_detection.", s))
   }
   base <- rows[[settings[["weber_base"]]]]
+  logarithmic <- settings[["axis"]] == "logarithmic"
   some <- base > 0
-  c(out, under("psychometric.", curve(felt, before - after, who, confidence)),
-    under("weber.", curve(felt[some], (abs(before - after) / base)[some], who[some], confidence)))
+  c(out, under("psychometric.", curve(felt, before - after, who, confidence, logarithmic)),
+    under("weber.", curve(felt[some], (abs(before - after) / base)[some], who[some], confidence, logarithmic)))
 }
 
 # Generalised estimating equations with exchangeable correlation and Mancl-DeRouen standard errors.
-curve <- function(felt, removed, who, confidence) {
+curve <- function(felt, removed, who, confidence, logarithmic) {
+  if (logarithmic) {
+    above <- removed > 0
+    felt <- felt[above]
+    who <- who[above]
+    removed <- log(removed[above])
+  }
+  back <- if (logarithmic) exp else identity
   x <- cbind(1, removed)
   groups <- split(seq_along(felt), who)
   n <- length(groups)
@@ -538,7 +546,7 @@ curve <- function(felt, removed, who, confidence) {
   ends <- if (b[2] > 0 && square > 0) (-middle + c(-root, root)) / square else c(NA, NA)
   odds <- b[1] + b[2] * sort(unique(removed))
   gap <- which(odds[-length(odds)] < -log(9) & odds[-1] > log(9))
-  between <- if (length(gap)) setNames(sort(unique(removed))[gap[1] + 0:1], c("half_yes_between.0", "half_yes_between.1"))
+  between <- if (length(gap)) setNames(back(sort(unique(removed))[gap[1] + 0:1]), c("half_yes_between.0", "half_yes_between.1"))
   # With few degrees of freedom, each participant's own curve.
   own <- if (n <= 5) unlist(lapply(split(data.frame(felt, removed), who), function(d) {
     yes <- d$removed[d$felt == 1]
@@ -549,7 +557,7 @@ curve <- function(felt, removed, who, confidence) {
   if (length(own)) names(own) <- paste0("own_z.", names(own))
   c(log_odds_per_unit = b[2], se = se, ci.0 = b[2] - half, ci.1 = b[2] + half, t = t, df = n - 2,
     p = 2 * pt(-abs(t), n - 2), intercept = b[1], correlation = alpha, n = n, answers = length(felt),
-    half_yes = if (b[2] > 0) -b[1] / b[2] else NA, half_yes_ci.0 = ends[1], half_yes_ci.1 = ends[2], between, own)
+    half_yes = if (b[2] > 0) back(-b[1] / b[2]) else NA, half_yes_ci.0 = back(ends[1]), half_yes_ci.1 = back(ends[2]), between, own)
 }
 
 # d' for each step size from a probit model with participant effects and profile likelihood.

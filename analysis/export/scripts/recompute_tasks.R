@@ -34,6 +34,12 @@ psychometric <- function(method, settings) {
   name <- settings[["threshold_curve"]]
   if (name == "") name <- if (compared) "normal" else "weibull"
   logarithmic <- name %in% c("weibull", "log_logistic", "log_normal")
+  if (settings[["axis"]] != "" && logarithmic != (settings[["axis"]] == "logarithmic")) {
+    pairs <- c(weibull = "gumbel", log_logistic = "logistic", log_normal = "normal")
+    pairs <- c(pairs, setNames(names(pairs), pairs))
+    name <- pairs[[name]]
+    logarithmic <- !logarithmic
+  }
   family <- families[[if (name == "weibull") "gumbel" else sub("log_", "", name)]]
   offset <- family$inverse(as.numeric(settings[["threshold_share"]]))
   list(

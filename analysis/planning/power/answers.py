@@ -11,6 +11,7 @@ import numpy as np
 
 from slipscale.analysis.planning.power.grid import AXES, Condition, without_its_effect
 from slipscale.analysis.planning.power.outcome import Outcome, Share, Sums
+from slipscale.analysis.writing.numbers import joined
 
 if TYPE_CHECKING:
     from slipscale.analysis.planning.power.design import Design
@@ -201,6 +202,23 @@ def fewest(found: Sequence[Row], target: float) -> dict[Condition, int | None]:
     return enough
 
 
+def equal_effects(design: Design) -> list[str]:
+    """Return the names of the factors whose effect is equal in all simulated people."""
+    differing = dict(design.population.effect_sds)
+    return [name for name, _ in design.task.factors if name not in differing]
+
+
+def assumption(design: Design) -> str:
+    """Return a warning about effects that are equal in all simulated people; empty without."""
+    if not (names := equal_effects(design)):
+        return ""
+    return (
+        f"All simulated people have the same effect of {joined(names)}. Power is lower if people "
+        "differ: in an example with 12 people, it fell from .52 to .10 with simulated_sd = 0.1 in "
+        "[[factors]]. Set simulated_sd to the spread that you expect."
+    )
+
+
 def sentence(design: Design, row: Row) -> str:
     """Describe the power in one condition, for use in a grant application."""
     condition, weak = row.condition, row.weakest
@@ -233,6 +251,8 @@ def sentence(design: Design, row: Row) -> str:
         parts.append(
             f"the {level:.0%} interval for the exponent has a mean half-width of {width:.2f}"
         )
+    if names := equal_effects(design):
+        parts.append(f"the effect of {joined(names)} was assumed to be equal in all people")
     return "; ".join(parts) + "."
 
 
@@ -270,6 +290,8 @@ def as_json(design: Design, found: Sequence[Row], target: float) -> dict[str, ob
         "exclusions": list(design.choices.exclusions),
         "alpha": design.alpha,
         "target": target,
+        "equal_effects": equal_effects(design),
+        "warning": assumption(design),
         "enough": [
             {**asdict(others), "participants": size}
             for others, size in fewest(found, target).items()

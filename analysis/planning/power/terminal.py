@@ -11,7 +11,14 @@ from rich import box
 from rich.console import Console
 from rich.table import Table
 
-from slipscale.analysis.planning.power.answers import PRIMARY_TESTS, Row, fewest, sentence, varying
+from slipscale.analysis.planning.power.answers import (
+    PRIMARY_TESTS,
+    Row,
+    assumption,
+    fewest,
+    sentence,
+    varying,
+)
 from slipscale.analysis.planning.power.yes_no_steps import CATCH_WIDTH, D_PRIME_LOW
 
 if TYPE_CHECKING:
@@ -117,12 +124,6 @@ def _of_factors(design: Design) -> list[str]:
             "To add changes estimated by the mixed model (slow), list factors under tests in the "
             "[analysis] table."
         )
-    differing = dict(design.population.effect_sds)
-    if same := [name for name in known if name not in differing]:
-        lines.append(
-            f"All simulated people have the same effect of {', '.join(same)}. Power is lower if "
-            "people differ (simulated_sd in [[factors]])."
-        )
     return lines
 
 
@@ -165,7 +166,7 @@ def summary(design: Design, found: Sequence[Row], target: float) -> list[str]:
             f"Up to {refused:.1%} of the studies could not be normalised; they count as studies "
             "without significant results."
         )
-    lines += _of_factors(design)
+    lines += [*_of_factors(design), *filter(None, [assumption(design)])]
     lines.append(
         f"Tests: {PRIMARY_TESTS[design.choices.primary]}; normalised by {design.rule}; "
         f"excluded: {', '.join(design.choices.exclusions) or 'nobody'}. For the assumptions "

@@ -47,6 +47,8 @@ METHODS: dict[str, Method] = {
     "oddity": Method(guess="fixed", guess_rate=1 / 3, by_magnitude=False),
     # For "Was there a vibration?", the rate of false alarms depends on the participant.
     "yes_no": Method(guess="free", guess_rate=0.0),
+    # Without catch trials, false alarms cannot be separated from answers to weak stimuli.
+    "detection": Method(guess="fixed", guess_rate=0.0),
     # For "Is the second more slippery?", a lapse can produce either answer.
     "comparison": Method(guess="equal to lapse", guess_rate=0.0),
 }

@@ -18,6 +18,7 @@ from slipscale.analysis.writing.numbers import (
     p_value,
 )
 from slipscale.analysis.writing.verdicts import DEPENDED, reliable, verdict
+from slipscale.experiments.protocol_parts.adaptive.curves import CURVES
 from slipscale.stimuli.quantity import PLATE_AMPLITUDE, Quantity
 
 if TYPE_CHECKING:
@@ -38,10 +39,12 @@ def _measured(
     if found.measure == "weber_fraction":
         return (
             f"the step's Weber fraction (its size divided by the {quantity.name} before it)",
-            "per unit",
+            "per unit" if found.axis == "linear" else "per natural logarithm",
             "a Weber fraction of {}".format,
         )
     removed = f"{quantity.per} removed" if quantity.stepped else quantity.per
+    if found.axis == "logarithmic":
+        removed = "per natural logarithm of the level"
     return quantity.yes_no.size, removed, quantity.value
 
 
@@ -77,7 +80,8 @@ def psychometric(
         f"{lead}the log odds changed by "
         f"{write(found.log_odds_per_unit)} {per}, {level} CI "
         f"{bracketed(found.interval, write)}, t({found.df}) = {number(found.t)}, "
-        f"{p_value(found.p)}{half} ({found.answers} answers from {found.n} participants)."
+        f"{p_value(found.p)}{half} ({found.answers} answers from {found.n} participants; "
+        f"{found.axis} axis)."
     )
 
 
@@ -119,8 +123,10 @@ def own_thresholds(found: DescendingDifference, quantity: Quantity) -> list[str]
             0,
             f"Individual thresholds, available for {len(own)} of {len(found.thresholds)} "
             f"participants, range from {number(values[0])} to {write(number(values[-1]))} with a "
-            f"median of {write(number(median(values)))} (logistic curves with individual "
-            "false-alarm and lapse rates; individuals.csv lists their intervals).",
+            f"median of {write(number(median(values)))} (logistic curves on a "
+            f"{'logarithmic' if CURVES[own[0].curve].logarithmic else 'linear'} axis with "
+            "individual lapse rates, and false-alarm rates from catch trials; individuals.csv "
+            "lists their intervals).",
         )
     return texts
 

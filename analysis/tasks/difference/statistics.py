@@ -20,7 +20,10 @@ def difference(data: Dataset) -> DescendingDifference | NotComputed:
     """Analyse yes/no answers and verbal reports, and the agreement between human coders."""
     folder, name = data.folder, data.choices.codebook
     book = load_codebook(folder / name if folder and name else SHIPPED)
-    found = analyse_differences(data.differences, book, data.choices.confidence, data.quantity)
+    choices = data.choices
+    found = analyse_differences(
+        data.differences, book, choices.confidence, data.quantity, choices.axis or "linear"
+    )
     codes = folder / "code" / "verbal_codes.tsv" if folder else None
     if isinstance(found, NotComputed) or codes is None or not codes.is_file():
         return found

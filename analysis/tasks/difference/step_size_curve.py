@@ -5,6 +5,7 @@ The step size is the reduction in amplitude, in µm peak to peak or as a Weber f
 
 from __future__ import annotations
 
+import math
 import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -19,6 +20,7 @@ from slipscale.analysis.preprocessing.sufficiency import FEWEST, TINY, few, few_
 from slipscale.analysis.statistics.confidence_interval import ConfidenceInterval
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.experiments.dataset.schema import PARTICIPANT
+from slipscale.experiments.study.analysis_choices import Axis
 from slipscale.stimuli.quantity import PLATE_AMPLITUDE, Quantity
 
 Measure = Literal["removed_level", "weber_fraction"]
@@ -26,6 +28,8 @@ Measure = Literal["removed_level", "weber_fraction"]
 COEFFICIENTS = 2
 #: Log odds of 90 % "yes".
 NEARLY_ALL = float(np.log(9))
+#: Size that replaces 0 on a logarithmic axis in figures, relative to the largest.
+NEARLY_NONE = 1e-6
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -36,14 +40,17 @@ class PsychometricCurve:
     ----------
     measure : {"removed_level", "weber_fraction"}
         Measure of step size: µm peak to peak, or a fraction of the amplitude before the step.
+    axis : {"linear", "logarithmic"}
+        Whether log odds are linear in the step size, or in its natural logarithm. Steps of 0 have
+        no logarithm and are omitted.
     log_odds_per_unit, se : float
-        Slope per unit of step size, and its standard error.
+        Slope per unit of step size (or of its logarithm), and its standard error.
     interval : ConfidenceInterval
         t-based interval for the slope.
     t, df, p : float, int, float
         t test of the slope against 0.
     intercept : float
-        Log odds of "yes" for a step of size 0.
+        Log odds of "yes" for a step of size 0 (or of 1, on a logarithmic axis).
     covariance : array-like, shape (2, 2)
         Covariance matrix of intercept and slope.
     half_yes : float or None
@@ -64,6 +71,7 @@ class PsychometricCurve:
     """
 
     measure: Measure
+    axis: Axis
     log_odds_per_unit: float
     se: float
     interval: ConfidenceInterval
@@ -93,6 +101,7 @@ def psychometric(
     confidence: float = 0.95,
     measure: Measure = "removed_level",
     quantity: Quantity = PLATE_AMPLITUDE,
+    axis: Axis = "linear",
 ) -> PsychometricCurve | NotComputed:
     """Fit a logistic curve of "yes" answers against step size, with catch steps at 0.
 
@@ -111,6 +120,8 @@ def psychometric(
     quantity : Quantity
         Quantity of the presented stimuli. For the plate's amplitude, Weber fractions are relative
         to the amplitude before the step; for other quantities, they are relative to the reference.
+    axis : {"linear", "logarithmic"}
+        The default is linear, because catch steps have a size of 0.
     """
     base = "level_before" if quantity.stepped else "level"
     if measure == "weber_fraction":
@@ -123,6 +134,10 @@ def psychometric(
     removed = (steps["level_before"] - steps["level"]).to_numpy(float)
     if measure == "weber_fraction":
         removed = np.abs(removed) / steps[base].to_numpy(float)
+    if axis == "logarithmic":
+        steps, removed = steps[removed > 0], np.log(removed[removed > 0])
+    if not len(steps):
+        return NotComputed("no step is above 0, so there is no logarithm")
     felt = steps["difference_felt"].to_numpy(float)
     people = steps[PARTICIPANT].astype(str).to_numpy()
     n = len(np.unique(people))
@@ -131,7 +146,7 @@ def psychometric(
     if why := separated(removed, felt, quantity):
         return NotComputed(why)
     frame = pd.DataFrame({"felt": felt, "removed": removed, "who": people})
-    return _fit(frame, n, confidence, measure)
+    return _fit(frame, n, confidence, measure, axis)
 
 
 def curve(
@@ -153,6 +168,8 @@ def curve(
     """
     from scipy import special, stats
 
+    if found.axis == "logarithmic":
+        removed = np.log(np.maximum(removed, NEARLY_NONE * removed.max()))
     design = np.stack([np.ones_like(removed), removed], axis=1)
     log_odds = design @ [found.intercept, found.log_odds_per_unit]
     variance = ((design @ np.array(found.covariance)) * design).sum(axis=1)
@@ -191,7 +208,7 @@ def separated(
 
 
 def _fit(
-    frame: pd.DataFrame, n: int, confidence: float, measure: Measure
+    frame: pd.DataFrame, n: int, confidence: float, measure: Measure, axis: Axis
 ) -> PsychometricCurve | NotComputed:
     from scipy import stats
     from statsmodels.genmod import cov_struct, families
@@ -219,21 +236,26 @@ def _fit(
     quantile = float(stats.t.ppf((1 + confidence) / 2, df))
     half = quantile * se
     (a, b), (c, d) = fit.cov_params().to_numpy(float).tolist()
+    intercept = float(fit.params["Intercept"])
+    ends = fieller((intercept, slope), ((a, b), (c, d)), quantile, confidence)
+    gap = _gap(np.unique(frame["removed"]), intercept, slope)
+    to_size = math.exp if axis == "logarithmic" else float
     return PsychometricCurve(
         measure=measure,
+        axis=axis,
         log_odds_per_unit=slope,
         se=se,
         interval=ConfidenceInterval(slope - half, slope + half, confidence),
         t=slope / se,
         df=df,
         p=float(2 * stats.t.sf(abs(slope / se), df)),
-        intercept=float(fit.params["Intercept"]),
+        intercept=intercept,
         covariance=((a, b), (c, d)),
-        half_yes=-float(fit.params["Intercept"]) / slope if slope > 0 else None,
-        half_yes_interval=fieller(
-            (float(fit.params["Intercept"]), slope), ((a, b), (c, d)), quantile, confidence
-        ),
-        half_yes_between=_gap(np.unique(frame["removed"]), float(fit.params["Intercept"]), slope),
+        half_yes=to_size(-intercept / slope) if slope > 0 else None,
+        half_yes_interval=None
+        if ends is None
+        else ConfidenceInterval(to_size(ends.low), to_size(ends.high), confidence),
+        half_yes_between=None if gap is None else (to_size(gap[0]), to_size(gap[1])),
         correlation=float(model.cov_struct.dep_params),
         n=n,
         answers=len(frame),

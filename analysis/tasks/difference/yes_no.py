@@ -34,6 +34,7 @@ from slipscale.analysis.tasks.difference.step_size_curve import PsychometricCurv
 from slipscale.analysis.tasks.difference.verbal_coding import Codebook
 from slipscale.analysis.tasks.difference.verbal_reports import VerbalReports, code_reports
 from slipscale.experiments.dataset.schema import PARTICIPANT
+from slipscale.experiments.study.analysis_choices import Axis
 from slipscale.stimuli.quantity import PLATE_AMPLITUDE, Quantity
 
 #: With fewer steps or catch steps, d' of one participant depends mainly on the correction.
@@ -226,6 +227,7 @@ def analyse_differences(
     book: Codebook,
     confidence: float = 0.95,
     quantity: Quantity = PLATE_AMPLITUDE,
+    axis: Axis = "linear",
 ) -> DescendingDifference | NotComputed:
     """Return all results of the descending difference task except coder agreement.
 
@@ -239,6 +241,8 @@ def analyse_differences(
         Confidence level of every interval.
     quantity : Quantity
         Quantity of the presented stimuli.
+    axis : {"linear", "logarithmic"}
+        Axis of the curves.
     """
     if not len(steps):
         words = quantity.yes_no
@@ -265,9 +269,9 @@ def analyse_differences(
             interval=interval_of(catches, confidence) if catch_n else None,
         ),
         signal_detection=signal_detection(changes, catches, confidence, quantity),
-        psychometric=psychometric(steps, confidence, quantity=quantity),
-        weber=psychometric(steps, confidence, "weber_fraction", quantity),
-        thresholds=own_thresholds(steps, confidence),
+        psychometric=psychometric(steps, confidence, quantity=quantity, axis=axis),
+        weber=psychometric(steps, confidence, "weber_fraction", quantity, axis),
+        thresholds=own_thresholds(steps, confidence, axis),
         verbal_reports=code_reports(changes, book),
         finding=finding(changes, book),
         participants=int(steps[PARTICIPANT].nunique()),
@@ -354,9 +358,13 @@ def step_sizes(steps: pd.DataFrame) -> NDArray[np.float64]:
 
 
 def own_thresholds(
-    steps: pd.DataFrame, confidence: float
+    steps: pd.DataFrame, confidence: float, axis: Axis = "linear"
 ) -> dict[str, PsychometricFunction | NotComputed]:
-    """Return each participant's threshold, or the reason why there is none."""
+    """Return each participant's threshold, or the reason why there is none.
+
+    The rate of false alarms is estimated from catch steps. Without them, it is 0: a free rate would
+    absorb "yes" answers to weak steps, and raise the threshold.
+    """
     sizes = pd.Series(np.abs(step_sizes(steps)), index=steps.index)
     found: dict[str, PsychometricFunction | NotComputed] = {}
     for who, own in steps.groupby(steps[PARTICIPANT].astype(str)):
@@ -366,8 +374,8 @@ def own_thresholds(
         felt = (own["difference_felt"] == 1).tolist()
         found[str(who)] = fit_threshold(
             Answers.of_trials(sizes[own.index].tolist(), felt),
-            method="yes_no",
-            curve="logistic",
+            method="yes_no" if (sizes[own.index] == 0).any() else "detection",
+            curve="log_logistic" if axis == "logarithmic" else "logistic",
             confidence=confidence,
         )
     return found

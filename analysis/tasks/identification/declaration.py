@@ -94,15 +94,8 @@ class _Identification(OneStatistic[TaskIdentification]):
         return [text]
 
     def task_blocks(
-        self, task: TaskIdentification, svgs: Svgs, level: float, quantity: Quantity
+        self, task: TaskIdentification, svgs: Svgs, _level: float, quantity: Quantity
     ) -> Blocks:
-        own = fold(
-            task.mean_information_bits,
-            lambda mean: (
-                f"{number(mean.mean)} bits, {level:g} % CI {bracketed(mean.interval, number)}"
-            ),
-            lambda reason: f"not computed ({reason})",
-        )
         return [
             *html.figure_if_drawn(
                 svgs,
@@ -115,7 +108,9 @@ class _Identification(OneStatistic[TaskIdentification]):
                 html.columns("Presented", *task.items, left=1),
                 [[item, *map(str, row)] for item, row in zip(task.items, task.table, strict=True)],
                 f"Counts of answers: presented {quantity.stimuli} (rows) and named "
-                f"{quantity.stimuli} (columns). Mean information per participant: {own}.",
+                f"{quantity.stimuli} (columns). Mean information per participant: "
+                f"{number(task.mean_information_bits)} bits (no interval, because the estimates of "
+                "individual participants remain biased).",
             ),
         ]
 

@@ -18,8 +18,9 @@ from slipscale.analysis.statistics.statistic import SessionTable
 from slipscale.analysis.tasks.declared.one_statistic import Figures, OneStatistic
 from slipscale.analysis.tasks.thresholds import figures, section, sentences
 from slipscale.analysis.tasks.thresholds.reading import TRIALS
-from slipscale.analysis.tasks.thresholds.statistics import CURVE_OF, THRESHOLDS, TaskThresholds
+from slipscale.analysis.tasks.thresholds.statistics import THRESHOLDS, TaskThresholds, curve_of
 from slipscale.experiments.dataset.schema import PARTICIPANT
+from slipscale.experiments.study.analysis_choices import AnalysisChoices
 from slipscale.stimuli.quantity import Quantity
 
 
@@ -39,7 +40,7 @@ def _column(condition: str) -> str:
     return "_".join(filter(None, ("reversals", condition.replace(" ", "_"), "level")))
 
 
-def _thresholds(rows: pd.DataFrame) -> pd.DataFrame:
+def _thresholds(rows: pd.DataFrame, choices: AnalysisChoices) -> pd.DataFrame:
     """Return a table of log10 thresholds (participants by sessions), NaN if undetermined."""
     main = rows[~rows["catch"]]
     method = str(rows["method"].iloc[0])
@@ -49,7 +50,7 @@ def _thresholds(rows: pd.DataFrame) -> pd.DataFrame:
         for key, own in main.groupby(keys)
     }
     values = threshold_values(
-        list(answers.values()), method=method, curve=CURVE_OF.get(method, "weibull")
+        list(answers.values()), method=method, curve=curve_of(method, choices)
     )
     logs = np.log10(np.where(values > 0, values, np.nan))
     found: dict[str, dict[str, float]] = {}
@@ -118,7 +119,11 @@ class _Thresholds(OneStatistic[TaskThresholds]):
     def session_tables(self, data: Dataset, _prepared: Prepared | None) -> Iterator[SessionTable]:
         """Yield one table of log10 thresholds (participants by sessions) per task."""
         for task, rows in by_task(data.of(TRIALS)):
-            yield f"{task}, threshold", f"log10 {data.quantity.unit_in_short}", _thresholds(rows)
+            yield (
+                f"{task}, threshold",
+                f"log10 {data.quantity.unit_in_short}",
+                _thresholds(rows, data.choices),
+            )
 
 
 ANALYSIS = _Thresholds()

@@ -117,6 +117,8 @@ def _pooled(found: TaskThresholds, confidence: float, quantity: Quantity) -> str
     if isinstance(found.population, NotComputed):
         return f"{what}: no population threshold was computed ({found.population.reason})."
     threshold = found.population.threshold_level
+    curve = CURVES[found.curve]
+    axis = "logarithmic" if curve.logarithmic else "linear"
     text = (
         f"{what}: {MEANT[found.method][0]}"
         f"{quantity.with_convention(significant(threshold.value))}, {level_of(confidence)} CI "
@@ -129,7 +131,7 @@ def _pooled(found: TaskThresholds, confidence: float, quantity: Quantity) -> str
             f"; Weber fraction {unit_number(weber.value, 3)}, CI "
             f"{bracketed(weber.interval, lambda value: unit_number(value, 3))}"
         )
-    return f"{text}."
+    return f"{text} ({curve.title}, {axis} axis)."
 
 
 def doubts(task: TaskThresholds, _confidence: float, quantity: Quantity) -> list[str]:

@@ -35,6 +35,7 @@ from slipscale.analysis.tasks.thresholds.reading import TRIALS
 from slipscale.analysis.tasks.thresholds.reversals import Reversals, reversals
 from slipscale.analysis.tasks.thresholds.rules import rules_of
 from slipscale.experiments.dataset.schema import PARTICIPANT
+from slipscale.experiments.protocol_parts.adaptive.curves import CURVES, OTHER_AXIS
 from slipscale.experiments.protocol_parts.adaptive.interleaved import Interleaved
 from slipscale.experiments.study.analysis_choices import AnalysisChoices
 
@@ -143,6 +144,15 @@ def thresholds(
     )
 
 
+def curve_of(method: str, choices: AnalysisChoices) -> str:
+    """Return the curve that the study chooses, or the default on the axis that it chooses."""
+    curve = choices.threshold_curve or CURVE_OF.get(method, "weibull")
+    logarithmic = choices.axis == "logarithmic"
+    if choices.axis and CURVES[curve].logarithmic != logarithmic:
+        return OTHER_AXIS[curve]
+    return curve
+
+
 def _task(
     task: str,
     rows: pd.DataFrame,
@@ -151,7 +161,7 @@ def _task(
     group_of: Mapping[str, str] | None,
 ) -> TaskThresholds:
     method = str(rows["method"].iloc[0])
-    curve = choices.threshold_curve or CURVE_OF.get(method, "weibull")
+    curve = curve_of(method, choices)
     standards = rows["standard_level"].dropna().unique()
     standard = float(standards[0]) if len(standards) == 1 and standards[0] > 0 else None
     population = population_threshold(rows, choices, method=method, curve=curve, group_of=group_of)

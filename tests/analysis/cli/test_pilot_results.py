@@ -17,8 +17,9 @@ RESULTS = {
     "difference_threshold": r"Difference threshold at 1\.2 µm: \d",
     "magnitude_production": r"Magnitude production, .* an exponent of \d",
     "matching": r"0\.8 µm \(peak to peak\) was matched by \d",
-    "meyer2015": r"d' by the differencing model was \d",
-    "paired_comparison": r"scale values \(Bradley-Terry model, .*\) were −?\d\.\d\d \(1 µm\), ",
+    "meyer2015": r"d' by the differencing model was (at least )?\d",
+    "paired_comparison": r"to the most slippery, scale values \(Bradley-Terry model, natural log "
+    r"odds of a choice, mean 0\) were −?\d\.\d\d \(1 µm\), ",
     "ratio_to_standard": r"power functions of amplitude was \d",
     "textures_demo": r"between the two amplitudes \(Wilcoxon signed-rank test, p = \.\d",
     "visual_analogue_scale": r"mean positions on the line from 0 \(left\) to 100 \(right\) were \d",

@@ -12,7 +12,14 @@ from scipy import stats
 
 from slipscale import commands
 from slipscale.analysis.pipeline import analyse
-from slipscale.analysis.planning.power.answers import Assurance, fewest, largest_effect, rows
+from slipscale.analysis.planning.power.answers import (
+    Assurance,
+    as_json,
+    fewest,
+    largest_effect,
+    rows,
+    sentence,
+)
 from slipscale.analysis.planning.power.design import design_of
 from slipscale.analysis.planning.power.grid import Condition, conditions, values_of
 from slipscale.analysis.planning.power.run_grid import run_grid, shards
@@ -411,7 +418,15 @@ def test_the_effect_and_the_interaction_of_each_factor_have_a_power():
     told = " ".join(summary(made, found, 0.8))
     assert "for hand, hand x amplitude, so these values are false" in told
     assert "direction x amplitude: no change in growth is simulated, but the top" in told
-    assert "the same effect of direction, hand. Power is lower if people differ" in told
+    assert "the same effect of direction and hand. Power is lower if people differ" in told
+    assert "was assumed to be equal in all people" in sentence(made, found[0])
+    told_json = as_json(made, found, 0.8)
+    assert told_json["equal_effects"] == ["direction", "hand"]
+    assert "Set simulated_sd" in str(told_json["warning"])
+    spread = replace(
+        made, population=made.population.model_copy(update={"effect_sds": (("direction", 0.1),)})
+    )
+    assert as_json(spread, found, 0.8)["equal_effects"] == ["hand"]
     assert found[0].condition.people(made.population).effects == (("direction", "right", 0.5),)
     none = Condition(participants=6, effect=0).people(made.population)
     assert none.effects == (("direction", "right", 1.0),)

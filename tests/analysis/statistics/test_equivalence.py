@@ -114,8 +114,8 @@ def test_the_ratio_is_the_study_s_or_the_one_asked_for_and_the_report_says_so(da
     asked = analyse(folder, equivalence_ratio=2.0)
     assert asked.inference.pairwise[0].logs.equivalence.bound == 2.0
     assert (
-        "The frozen study sets an equivalence_ratio of 1.5, but the analysis used "
-        "2." in asked.problems
+        "The frozen study sets equivalence_ratio = 1.5, but the analysis used 2.0."
+        in asked.problems
     )
     assert "within a ratio of 0.5 to 2" in page(asked)
     with pytest.raises(UserError, match=r"equivalence ratio is 1; expected a number above 1"):

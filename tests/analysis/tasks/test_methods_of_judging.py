@@ -17,6 +17,7 @@ from slipscale.analysis.reporting.multiplicity import multiplicity
 from slipscale.analysis.statistics.holm import holm
 from slipscale.analysis.statistics.mean_over_participants import mean_over_participants
 from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.tasks.identification import declaration as identification
 from slipscale.analysis.tasks.identification.statistics import identifications, information_bits
 from slipscale.analysis.tasks.limits.statistics import LIMITS, limits
 from slipscale.analysis.tasks.ratings.conditions import CONDITIONS, rating_conditions
@@ -397,3 +398,34 @@ def test_a_d_prime_at_the_ceiling_is_called_a_lower_bound():
     assert f"at least {low:.2f}, 95% bound of the mean, (a and b)" in text
     (row,) = same_different.ANALYSIS.task_rows(task)
     assert row["at_ceiling"] is True
+
+
+@pytest.mark.parametrize("right, trials", [(0.3, 25), (0.6, 50), (0.9, 50)])
+def test_the_mean_information_has_no_interval_because_it_would_not_cover(right, trials):
+    """The bias of individual values does not shrink with people: intervals covered .13 to .73."""
+    rng = np.random.default_rng(trials)
+    confusion = np.full((5, 5), (1 - right) / 4) + np.eye(5) * (right - (1 - right) / 4)
+    known = np.log2(5) + (confusion * np.log2(confusion)).sum() / 5
+    inside = 0
+    for _ in range(100):
+        tables = [
+            np.array([rng.multinomial(trials // 5, row) for row in confusion], float)
+            for _ in range(12)
+        ]
+        found = mean_over_participants(
+            np.array([information_bits(each)[1] for each in tables]), 0.95, (0, np.log2(5))
+        )
+        inside += bool(found) and found.interval.low <= known <= found.interval.high
+    assert inside < 92
+    own = [
+        {"participant_id": f"{who}", "presented": f"{a}", "named": f"{b}", "right": float(a == b)}
+        for who, each in enumerate(tables)
+        for (a, b), n in np.ndenumerate(each)
+        for _ in range(int(n))
+    ]
+    (task,) = identifications(of(pd.DataFrame(own).assign(task="t")))
+    mean = np.mean([information_bits(each)[1] for each in tables])
+    assert task.mean_information_bits == pytest.approx(mean)
+    text = str(identification.ANALYSIS.task_blocks(task, {}, 95.0, PLATE_AMPLITUDE))
+    assert "no interval" in text
+    assert "CI" not in text

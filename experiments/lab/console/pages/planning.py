@@ -77,6 +77,7 @@ def planning(view: View) -> dict[str, object]:
         "curve": _curve({n: each["weakest"] for n, each in same.items()}, read["target"]),
         "minutes": None if found.live else minutes,
         "people": int(people),
+        "equal_effects": read["equal_effects"],
     }
 
 

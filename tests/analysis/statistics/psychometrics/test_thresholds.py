@@ -364,10 +364,7 @@ def test_an_end_that_the_data_do_not_set_is_infinite_or_zero():
 @pytest.mark.parametrize(
     "options,words",
     [
-        (
-            {"method": "guess"},
-            "expected one of two_interval, three_interval, oddity, yes_no, comparison",
-        ),
+        ({"method": "guess"}, "expected one of two_interval, three_interval, oddity, yes_no, det"),
         (
             {"curve": "cubic"},
             "expected one of weibull, log_logistic, log_normal, gumbel, logistic, normal",

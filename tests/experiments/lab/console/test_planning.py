@@ -10,7 +10,7 @@ from slipscale.experiments.lab.console.state import PLANNING, frozen_plans
 from slipscale.experiments.study.file import study_text
 
 
-def computed(text, weakest):
+def computed(text, weakest, equal=()):
     """Write what slipscale power writes for the text: the weakest power of each condition."""
     conditions = [
         {
@@ -24,8 +24,9 @@ def computed(text, weakest):
         for (people, repetitions), value in weakest.items()
     ]
     folder = power_folder(text)
-    folder.mkdir(parents=True)
-    (folder / "power.json").write_text(json.dumps({"target": 0.8, "conditions": conditions}))
+    folder.mkdir(parents=True, exist_ok=True)
+    written = {"target": 0.8, "conditions": conditions, "equal_effects": list(equal)}
+    (folder / "power.json").write_text(json.dumps(written))
 
 
 def test_power_is_computed_for_the_study_by_a_process(visitor):
@@ -47,6 +48,14 @@ def test_the_sliders_choose_a_condition_of_the_grid(visitor, words_of):
     each, hours = (float(v) for v in re.findall(r"<dd>([\d.]+)</dd>", page)[:2])
     assert abs(hours - each * 20 / 60) <= 0.05 + 20 / 60 * 0.05
     assert "the study file has no [cost] table" in words_of(page)
+
+
+def test_equal_effects_in_everyone_are_a_warning(visitor, words_of):
+    computed(study_text("biet2007"), {(12, 1): 0.6}, equal=("speed",))
+    page = words_of(visitor.see("/planning"))
+    assert "All simulated people have the same effect of speed. Power is lower" in page
+    computed(study_text("biet2007"), {(12, 1): 0.6})
+    assert "same effect" not in words_of(visitor.see("/planning"))
 
 
 def test_another_text_of_the_study_has_no_power_yet(visitor, lab, words_of):
