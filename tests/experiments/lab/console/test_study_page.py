@@ -63,7 +63,7 @@ def test_every_fault_is_told_at_its_line_and_nothing_is_saved(visitor, own_study
     found = [("6", "seed"), ("12", "series of item 1 of tasks")]
     assert re.findall(r"line (\d+), ([a-z 0-9]+)", said) == found
     edited = visitor.edit(faulty).json()
-    assert [line for line, _ in edited["faults"]] == [7, 13]
+    assert [line for line, _ in edited["faults"]] == [6, 12]
     wrong = re.findall(r'id="(field-[^"]+)"[^>]+aria-invalid', edited["html"])
     assert wrong == ["field-seed", "field-tasks-0-series"]
     assert own_study.read_text() == text
