@@ -37,7 +37,6 @@ from slipscale.analysis.reading.labelled_tasks import (
     with_people,
 )
 from slipscale.analysis.reading.mapping import NAME, TableMapping, beside
-from slipscale.analysis.reading.own_results import refuse_results
 from slipscale.analysis.reading.suspicions import notes_on_answers
 from slipscale.analysis.reading.table_by_hand import read_table
 from slipscale.analysis.reading.trial_tables import BLOCK, ESTIMATION, IDENTITY, factor_columns
@@ -45,6 +44,7 @@ from slipscale.analysis.tasks.outside.guard import installed_kinds
 from slipscale.analysis.tasks.similarity.reading import TRIALS as PAIRS
 from slipscale.analysis.tasks.table import TRIALS
 from slipscale.analysis.tasks.thresholds.reading import TRIALS as CHOICES
+from slipscale.analysis.writing.own_results import refuse_results
 from slipscale.experiments.dataset.journals import journals
 from slipscale.experiments.dataset.schema import PARTICIPANT, TABLE_NAME
 from slipscale.experiments.dataset.verification import verify

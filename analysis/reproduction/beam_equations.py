@@ -7,6 +7,7 @@ and explain in the commit message why the numbers changed.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from functools import cache
 from typing import TYPE_CHECKING
@@ -237,8 +238,6 @@ def eq37() -> float:
 
 def eq38() -> float:
     """Compare (38) as printed with the frequency in Hz that balances both mean energies."""
-    import math
-
     section = _bent().section
     q = math.pi / (HALF_WAVE_MM * 1e-3)
     ours = float(section.frequency_hz(HALF_WAVE_MM))
