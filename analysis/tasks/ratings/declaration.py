@@ -256,7 +256,11 @@ class _Ratings(OneStatistic[TaskRatings]):
         return {f"ratings_{task.task}": ratings(task, own, quantity)}
 
     def task_rows(self, task: TaskRatings) -> list[JsonObject]:
-        return flat_rows({"task": task.task}, [renamed(each, **COLUMNS) for each in task.surfaces])
+        rows = [
+            renamed(each, **COLUMNS) | {"interval": computed(each.interval)}
+            for each in task.surfaces
+        ]
+        return flat_rows({"task": task.task}, rows)
 
     def sentences(self, analysis: Analysis) -> Mapping[str, list[str]]:
         return {**super().sentences(analysis), conditions.TITLE: conditions.sentences(analysis)}

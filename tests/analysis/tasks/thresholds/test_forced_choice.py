@@ -181,3 +181,28 @@ def test_a_drawn_curve_reaches_what_was_observed_at_the_outermost_level():
     assert within_answers(line, rows).lapse == 0
     missed = rows.assign(correct=rows["correct"] & (rows.index % 10 > 0))
     assert within_answers(line, missed) == line
+
+
+def test_a_threshold_beyond_the_presented_levels_is_called_extrapolated():
+    """An observer near chance got a threshold of 19.6 from levels of 1 to 6, without a word."""
+    rng = np.random.default_rng(5)
+    people = [
+        trials({"sub-01": 0.1}, standard=np.nan, seed=1),
+        trials({"sub-02": 0.1}, standard=np.nan, seed=2),
+    ]
+    chance = trials({"sub-03": 0.1}, standard=np.nan, seed=3)
+    top = chance["track_level"] == chance["track_level"].max()
+    share = np.where(top, 0.65, 0.5)
+    people.append(chance.assign(correct=rng.random(len(chance)) < share))
+    (found,) = thresholds(pd.concat(people, ignore_index=True))
+    beyond = [each.participant for each in found.participants if each.extrapolated]
+    text = " ".join(remarks(found, 0.95, PLATE_AMPLITUDE))
+    levels = chance.loc[~chance["catch"], "track_level"]
+    assert found.participants[0].presented_levels == (levels.min(), levels.max())
+    for each in found.participants:
+        told = f"{each.participant}'s threshold, " in text
+        assert told is (each.participant in beyond)
+    last = found.participants[-1]
+    assert last.extrapolated
+    assert last.function.threshold_level.value == pytest.approx(0.4537, abs=0.01)
+    assert "sub-01" not in beyond
