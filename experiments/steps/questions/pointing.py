@@ -44,6 +44,18 @@ class Selection(NamedTuple):
         return " ".join(f"{number:.6f}" for number in self)
 
 
+@dataclass(frozen=True, slots=True)
+class _Selected:
+    """The value of a column: a part of a selection. Unlike a closure, it can be pickled."""
+
+    name: str
+    part: str
+
+    def __call__(self, record: TrialRecord) -> float | None:
+        found = Selection.of(record.answer(self.name))
+        return None if found is None else float(getattr(found, self.part))
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PointingQuestion(Question):
     """Question answered by pointing from a start to a target; the reply is a `Selection`.
@@ -103,11 +115,7 @@ class PointingQuestion(Question):
         """Return the columns of the selected position and the duration of the movement."""
 
         def selected(part: str, description: str, units: str) -> Column:
-            def value(record: TrialRecord) -> float | None:
-                found = Selection.of(record.answer(name))
-                return None if found is None else float(getattr(found, part))
-
-            return Column(value=value, description=description, units=units)
+            return Column(value=_Selected(name, part), description=description, units=units)
 
         time = selected("time_s", "Time between selecting the start and the next selection", "s")
         places = {
