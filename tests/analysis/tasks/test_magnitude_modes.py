@@ -223,8 +223,7 @@ def test_of_fewer_than_three_people_there_are_means_and_no_intervals(people):
     (line,) = ratings(rated(people=people))
     (ratio,) = ratios(judged(people=people))
     (made,) = productions(produced(people=people))
-    assert (
-        line.surfaces[0].interval is ratio.surfaces[0].interval is made.numbers[0].interval is None
-    )
+    assert f"too few participants ({people}" in line.surfaces[0].interval.reason
+    assert ratio.surfaces[0].interval is made.numbers[0].interval is None
     for part in (line.friedman, line.start_effect, ratio.power_law, made.slope, made.beginning):
         assert isinstance(part, NotComputed)
