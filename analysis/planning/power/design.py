@@ -149,9 +149,9 @@ class Design:
             "task": task,
             "steps": None if self.steps is None else asdict(self.steps),
             "declared": self.declared,
-            # These two choices do not affect power, and would change the random numbers.
+            # These choices do not affect power, and would change the random numbers.
             "choices": self.choices.model_dump(
-                mode="json", exclude={"threshold_reversals", "threshold_friction"}
+                mode="json", exclude={"threshold_reversals", "threshold_friction", "axis"}
             ),
             "population": self.population.model_dump(mode="json", exclude={"name"}),
             "alpha": self.alpha,
