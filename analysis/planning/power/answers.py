@@ -214,7 +214,7 @@ def assumption(design: Design) -> str:
         return ""
     return (
         f"All simulated people have the same effect of {joined(names)}. Power is lower if people "
-        "differ: in an example with 12 people, it fell from .52 to .10 with simulated_sd = 0.1 in "
+        "differ: in one example, it fell from .52 to .10 with simulated_sd = 0.1 in "
         "[[factors]]. Set simulated_sd to the spread that you expect."
     )
 

@@ -95,8 +95,8 @@ class RmAnova:
 #: The error rate of `friedman_of`, for the methods. The F form of Iman and Davenport (1980) is
 #: significant in up to .20 of studies without an effect (3 participants, 3 conditions).
 FRIEDMAN_ERRORS = (
-    "Friedman's test used the χ² form, which is significant in 2 % (3 participants) to 6 % (12 or "
-    "more) of simulated studies without a difference, also with unequal spreads."
+    "Friedman's test used the χ² form, which is significant in 2 to 6 % of simulated studies "
+    "without a difference (3 to 24 participants, equal or unequal spreads)."
 )
 
 
