@@ -119,12 +119,12 @@ def test_poor_data_gets_a_sentence_and_what_can_be_computed(table_by_hand, page,
     assert sentence in page(analysis)
 
 
-def test_what_one_participant_does_not_have_is_a_dash_on_the_terminal(table_by_hand, capsys):
+def test_what_one_participant_does_not_have_is_said_on_the_terminal(table_by_hand, capsys):
     path = table_by_hand("participant_id,amplitude_um_pp,estimate\na,0,1\na,0.5,2\n")
     print_table3(analyse(path))
     said = capsys.readouterr().out
     assert "nan" not in said
-    assert said.count("–") == 2
+    assert said.count("n/a") == 4  # maximum deviation and SD at two levels
 
 
 def test_all_zeros_under_the_default_rule_still_give_a_table(table_by_hand):
