@@ -84,9 +84,8 @@ def means_over_conditions(trials: pd.DataFrame, column: str) -> pd.DataFrame:
     names = [name for name in factor_columns(trials) if len(trials[name].unique()) > 1]
     if not names:
         return cell_means(trials, column)
-    conditions = trials[names].astype(str).agg("\n".join, axis=1).rename("condition")
-    cells = trials.groupby([PARTICIPANT, "level", conditions], observed=True, sort=True)
-    means = cells[column].mean().unstack("condition")  # noqa: PD010 - the index already exists
+    cells = trials.groupby([PARTICIPANT, "level", *names], observed=True, sort=True)
+    means = cells[column].mean().unstack(names)  # noqa: PD010 - the index already exists
     there = means.notna()
     own = there.groupby(PARTICIPANT, observed=True).any()
     wanted = there.groupby("level").transform("any")

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import ClassVar
 
 from slipscale.experiments.steps.trial import Value
 
@@ -82,7 +81,6 @@ class Presented:
     readback are None if unknown.
     """
 
-    LATER: ClassVar = frozenset({"second_readback"})
     commanded_level: float
     readback_level: float | None
     readback_kind: str
@@ -101,7 +99,6 @@ class Voided:
     ignored.
     """
 
-    LATER: ClassVar = frozenset({"dropped"})
     trials: tuple[int, ...] = ()
     dropped: tuple[int, ...] = ()
 

@@ -29,7 +29,7 @@ from __future__ import annotations
 
 from collections.abc import Generator
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, ClassVar, Literal, TypeVar
+from typing import TYPE_CHECKING, Literal, TypeVar
 
 from slipscale.experiments.steps.replies import Answer
 from slipscale.experiments.steps.rounding import rounded
@@ -69,7 +69,6 @@ class Guide:
     makes the strokes.
     """
 
-    LATER: ClassVar = frozenset({"passive"})
     speed_mm_s: float | None
     normal_force_n: float | None
     direction: Literal["any", "forward", "backward"]
@@ -95,7 +94,6 @@ class Explore:
     contains instructions for stroking, if the study has any.
     """
 
-    LATER: ClassVar[tuple[str, ...]] = ("guide",)
     text: str
     trial: Trial | None = None
     minimum_s: float = 0.0
@@ -114,7 +112,6 @@ class Present:
     end in ``_level``, because this suffix is reserved for levels in the plate's quantity.
     """
 
-    LATER: ClassVar = frozenset({"second"})
     surface: Stimulus
     trial: Trial | None = None
     lead_in: tuple[Present, Explore] | None = None

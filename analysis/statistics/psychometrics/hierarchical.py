@@ -163,9 +163,10 @@ class HierarchicalFit:
         nodes = (2 if self.slopes_differ else 1) * NODES * counted.most_answers**0.5
         self._nodes = int(np.clip(nodes, FEWEST_NODES, MOST_NODES))
         self._fitted = with_nodes(self._nodes)
-        self.best = self._best() if start is None else self._fitted.fit(start)
-        while self._refined(self.best):
+        refined = True
+        while refined:
             self.best = self._best() if start is None else self._fitted.fit(start)
+            refined = self._refined(self.best)
 
     def _refined(self, found: Maximum) -> bool:
         """Take a finer grid, if the present one is too coarse for the curve that was found."""

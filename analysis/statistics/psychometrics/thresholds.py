@@ -31,7 +31,6 @@ LARGEST_LAPSE = 0.06
 NO_LESS_LIKELY = 1e-3
 #: A slope is undetermined if its upper confidence limit is more than this many times the lower one.
 WIDEST = 20.0
-_EXTREME = {"above": "highest", "below": "lowest"}
 
 
 def fit_threshold(
@@ -81,7 +80,7 @@ def fit_threshold(
             model.curve.level([theta[likelihood.THRESHOLD], low, high]), confidence
         ),
         slope=NotComputed("the answers jump between two levels, so the best slope is infinite")
-        if _jumps(model, counts, found)[0]
+        if model.guess == "fixed" and _jumps(model, counts, found)[0]  # others were refused
         else _slope(np.exp([theta[likelihood.LOG_SLOPE], shallow, steepest]), answers, confidence),
         slope_value=slope_value,
         lapse=float(theta[likelihood.LAPSE]),
@@ -216,21 +215,27 @@ def _likeliest(answers: Answers, model: Model) -> likelihood.Fits | NotComputed:
         return NotComputed("answers do not improve as the level rises")
     if any(at[0] for at in found.at_bound(likelihood.THRESHOLD)):
         return NotComputed("the most likely threshold is far outside the levels presented")
-    lowest, highest = answers.levels[0], answers.levels[-1]
-    threshold = float(model.curve.level(found.theta[0][likelihood.THRESHOLD]))
-    if not lowest <= threshold <= highest:
-        side, end = ("above", highest) if threshold > highest else ("below", lowest)
-        return NotComputed(
-            f"the most likely threshold is {side} {end:g}, the {_EXTREME[side]} level presented"
-        )
-    # The guess rate of a forced choice is known, so its answers at chance place the threshold.
-    if model.guess != "fixed" and _jumps(model, counts_of(answers, model), found)[0]:
-        above = int(np.searchsorted(answers.levels, threshold))
-        return NotComputed(
-            f"the answers change between {answers.levels[above - 1]:g} and "
-            f"{answers.levels[above]:g}, where nothing was presented"
-        )
+    if why := _not_presented(answers, model, found):
+        return NotComputed(why)
     return found
+
+
+def _not_presented(answers: Answers, model: Model, found: likelihood.Fits) -> str | None:
+    """Return the reason if the threshold lies where nothing was presented, otherwise None."""
+    levels = answers.levels
+    threshold = float(model.curve.level(found.theta[0][likelihood.THRESHOLD]))
+    if threshold > levels[-1]:
+        return f"the most likely threshold is above {levels[-1]:g}, the highest level presented"
+    if threshold < levels[0]:
+        return f"the most likely threshold is below {levels[0]:g}, the lowest level presented"
+    # The guess rate of a forced choice is known, so its answers at chance place the threshold.
+    if model.guess == "fixed" or not _jumps(model, counts_of(answers, model), found)[0]:
+        return None
+    above = int(np.searchsorted(levels, threshold))
+    return (
+        f"the answers change between {levels[above - 1]:g} and {levels[above]:g}, where nothing "
+        "was presented"
+    )
 
 
 def _too_little(answers: Answers, model: Model) -> str | None:

@@ -33,6 +33,8 @@ from slipscale.faults import UserError
 
 #: Difference in log likelihood above which a curve is clearly better (a difference of 4 in AIC).
 CLEARLY = 2.0
+#: Two levels do not determine a threshold, a slope and a lapse rate.
+FEWEST_LEVELS = 3
 #: Separator between the names of combined factors, and between their labels.
 COMBINED = ", "
 
@@ -61,10 +63,6 @@ def weber_fraction(fitted: PsychometricFunction, standard_level: float) -> Estim
         return fitted.slope
     middle = fitted.threshold_level.value
     return over(_half_width(fitted.slope, CURVES[fitted.curve], middle), standard_level)
-
-
-#: Two levels do not determine a threshold, a slope and a lapse rate.
-FEWEST_LEVELS = 3
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -21,8 +21,6 @@ class YesNoQuestion(Question):
     For a comparison of surfaces, ``seeks`` specifies whether "yes" means more or less slippery.
     """
 
-    #: Fields omitted from a record if they have their default value.
-    LATER: ClassVar[tuple[str, ...]] = ("seeks",)
     EXPECTED: ClassVar = "true or false"
     seeks: Sought = "most"
 
