@@ -17,6 +17,7 @@ import pytest
 from hypothesis import settings
 
 from tests.support.emulator_process import EmulatorProcess
+from tests.support.workers import memory_bytes, workers
 
 # Nothing is timed in a test: on a busy machine a deadline fails for no fault of the code.
 settings.register_profile("slipscale", deadline=None, max_examples=15)
@@ -39,6 +40,11 @@ def pytest_collection_finish():
     gc.freeze()
     gc.set_threshold(50_000)
     gc.enable()
+
+
+def pytest_xdist_auto_num_workers():
+    """Run as many workers as there are processors, unless the memory is too small for them."""
+    return workers(os.cpu_count() or 1, memory_bytes())
 
 
 @pytest.fixture(scope="session", autouse=True)

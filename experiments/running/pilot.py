@@ -49,6 +49,7 @@ from slipscale.faults import UserError
 from slipscale.hardware.address import is_mock, with_plate_file
 from slipscale.hardware.clock import VirtualClock
 from slipscale.hardware.contact.source import Surroundings
+from slipscale.hardware.driver import PlateDriver
 from slipscale.hardware.limits import PlateLimits
 from slipscale.hardware.signals import signals_raise
 
@@ -162,6 +163,11 @@ def _same(one: RunPlan, other: RunPlan) -> bool:
     )
 
 
+def simulated_plate(plan: RunPlan, spec: str = MOCK) -> PlateDriver:
+    """Return the simulated plate of a run, in virtual time, with the limits of its plate file."""
+    return plate_for(plan, with_plate_file(spec, plan.study.plate.file), VirtualClock())
+
+
 def run_pilot(
     folder: Path,
     plans: list[RunPlan],
@@ -187,8 +193,7 @@ def run_pilot(
     contact = contact or NOT_NAMED
     if not is_mock(spec):
         raise UserError("--plate {spec}: a pilot runs in virtual time; expected mock", spec=spec)
-    held = with_plate_file(spec, plans[0].study.plate.file)
-    check_supported(plans[0], plate_for(plans[0], held, VirtualClock()), contact)
+    check_supported(plans[0], simulated_plate(plans[0], spec), contact)
     check_answered(plans[0])
     require_virtual(contact)
     claim(folder, plans)

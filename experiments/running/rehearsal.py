@@ -15,7 +15,15 @@ from slipscale.experiments.dataset.schema import columns
 from slipscale.experiments.participants.simulated_people.respondent import unanswered
 from slipscale.experiments.protocol_parts.ordering.randomisation import Stream
 from slipscale.experiments.running.contact_sources import NOT_NAMED, ContactSpecs, of_run
-from slipscale.experiments.steps.replies import Adjusted, Answer, Presented, Reply, Voided
+from slipscale.experiments.steps.questions.base import is_number
+from slipscale.experiments.steps.replies import (
+    Adjusted,
+    Answer,
+    Presented,
+    Reply,
+    Voided,
+    is_answer,
+)
 from slipscale.experiments.steps.steps import (
     Adjust,
     Ask,
@@ -30,6 +38,7 @@ from slipscale.experiments.steps.steps import (
     Step,
     Steps,
 )
+from slipscale.experiments.steps.trial import Value
 from slipscale.experiments.study.headphone_test import HEADPHONES
 from slipscale.experiments.study.run_plan import RunPlan
 from slipscale.faults import UserError
@@ -102,8 +111,8 @@ def dry_run(plan: RunPlan, way: Callable[[int], float] = FIRST) -> Iterator[Step
     Raises
     ------
     UserError
-        If the protocol's table has no column for a question or redefines a common column, or if
-        there are more trials than declared.
+        If the protocol's table has no column for a question or redefines a common column, if
+        there are more trials than declared, or if a question rejects its own answer.
     """
     quantity = plan.study.quantity
     declared = {protocol.task: columns(protocol, quantity=quantity) for protocol, _ in plan.tasks()}
@@ -115,6 +124,7 @@ def dry_run(plan: RunPlan, way: Callable[[int], float] = FIRST) -> Iterator[Step
     named = {protocol.task: protocol.named for protocol, _ in plan.tasks()}
     # The answers to these questions are stored in a separate table or in no table.
     beside = {HEADPHONES, *(each.name for each in plan.study.questionnaires)}
+    texts = plan.texts()
     steps = bounded(plan.steps(), plan)
     answer: Answer = None
     asked = 0
@@ -133,6 +143,8 @@ def dry_run(plan: RunPlan, way: Callable[[int], float] = FIRST) -> Iterator[Step
                     named=named[task],
                     step_name=step.name,
                 )
+            if isinstance(step, Ask) and step.question.SPOKEN:
+                step.question.entry(texts)
         if isinstance(step, EndTrial) and step.trial.number > most[step.trial.task]:
             raise UserError(
                 "{named} continues after {most} trials, its declared maximum; add a limit to its "
@@ -168,10 +180,32 @@ def _answer(step: Step, place: float) -> Answer:
         reached = step.highest_level - place * span_level
         return Adjusted(value=reached, readback_level=reached, trace=((0.0, reached),))
     if isinstance(step, Ask):
-        return Reply(value=step.question.rehearsed(place))
+        return Reply(value=_judged(step, step.question.rehearsed(place)))
     if isinstance(step, Instruct | Explore | Feedback | Rest):
         return Reply()
     assert_never(step)
+
+
+def _judged(step: Ask, value: Value) -> Value:
+    """Return a question's own answer, which the question must accept."""
+    question = step.question
+    if not (is_answer(value) and question.fits(value)):
+        raise UserError(
+            "'{step_name}', a {kind}, rehearses the answer {value}; expected {expected}",
+            step_name=step.name,
+            kind=type(question).__name__,
+            value=repr(value),
+            expected=question.EXPECTED,
+        )
+    if not is_number(time_s := question.movement_s(value)):
+        raise UserError(
+            "'{step_name}', a {kind}, states a movement of {time_s} s; expected a number of "
+            "seconds, 0 or more",
+            step_name=step.name,
+            kind=type(question).__name__,
+            time_s=repr(time_s),
+        )
+    return value
 
 
 def surfaces(plan: RunPlan) -> list[Stimulus]:

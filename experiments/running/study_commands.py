@@ -17,7 +17,8 @@ from slipscale.experiments.dataset.files import write_file
 from slipscale.experiments.protocols.magnitude_estimation import MagnitudeEstimation
 from slipscale.experiments.protocols.visual_analogue_scale import VisualAnalogueScale
 from slipscale.experiments.running.balance import order_balance, task_balance
-from slipscale.experiments.running.rehearsal import check_ways, dry_run
+from slipscale.experiments.running.pilot import simulated_plate
+from slipscale.experiments.running.rehearsal import check_supported, check_ways, dry_run
 from slipscale.experiments.running.screen_check import check_screens
 from slipscale.experiments.steps.steps import Present
 from slipscale.experiments.study.file import parse_study, read_study, study_text
@@ -103,6 +104,7 @@ def validate(name: str) -> str:
     study, text = read_study(name)
     plan = _plan(name, study, text)
     check_ways(plan)
+    check_supported(plan, simulated_plate(plan))
     check_screens(plan)
     textures = f", textures: {len(study.textures)}" if study.textures else ""
     line = (

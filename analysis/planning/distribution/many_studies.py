@@ -16,14 +16,11 @@ from slipscale.analysis.pipeline import analyse
 from slipscale.analysis.planning.distribution.numbers import Findings, findings
 from slipscale.experiments.participants.simulated_people.population import Population
 from slipscale.experiments.running.bare_dataset import why_sessions, write_simulated
-from slipscale.experiments.running.begin_or_resume import plate_for
-from slipscale.experiments.running.pilot import MOCK, pilot_plans
+from slipscale.experiments.running.pilot import pilot_plans, simulated_plate
 from slipscale.experiments.running.rehearsal import check_answered, check_supported
 from slipscale.experiments.study.file import study_hash
 from slipscale.experiments.study.run_plan import RunPlan
 from slipscale.faults import UserError
-from slipscale.hardware.address import with_plate_file
-from slipscale.hardware.clock import VirtualClock
 
 #: Version of the algorithm that derives seeds. Each version gives every study a different seed.
 VERSION = 1
@@ -99,8 +96,7 @@ class ManyStudies:
     def check(self) -> None:
         """Raise `UserError` if a pilot of the study would be rejected."""
         plan = self.plans[0]
-        held = with_plate_file(MOCK, plan.study.plate.file)
-        check_supported(plan, plate_for(plan, held, VirtualClock()))
+        check_supported(plan, simulated_plate(plan))
         check_answered(plan)
 
     def seed_of(self, number: int) -> int:

@@ -1,0 +1,37 @@
+"""How many processes run the tests."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import psutil
+
+#: A worker that has collected all tests holds 0.6 GB and grows to 0.9 GB; the processes that a test
+#: starts need up to 0.5 GB.
+BYTES_PER_WORKER = 1.5e9
+
+
+def workers(processors: int, memory: float) -> int:
+    """Return the number of workers for which processors and memory suffice."""
+    return max(1, min(processors, int(memory / BYTES_PER_WORKER)))
+
+
+def memory_bytes(root: Path = Path("/")) -> float:
+    """Return the machine's memory, or the limit of this process's control group if it is lower."""
+    return min([float(psutil.virtual_memory().total), *_limits(root)])
+
+
+def _limits(root: Path) -> list[float]:
+    """Return the limits of this process's control groups; Linux has two ways to state them."""
+    groups = root / "proc/self/cgroup"
+    found = []
+    for line in groups.read_text("utf-8").splitlines() if groups.exists() else []:
+        _, controllers, path = line.split(":", 2)
+        ways = {
+            "": f"sys/fs/cgroup{path}/memory.max",
+            "memory": f"sys/fs/cgroup/memory{path}/memory.limit_in_bytes",
+        }
+        limit = root / ways.get(controllers, "none")
+        if limit.is_file() and (text := limit.read_text("utf-8").strip()).isdecimal():
+            found.append(float(text))
+    return found
