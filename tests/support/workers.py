@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+import math
+import os
 from pathlib import Path
-
-import psutil
 
 #: A worker that has collected all tests holds 0.6 GB and grows to 0.9 GB; the processes that a test
 #: starts need up to 0.5 GB.
@@ -13,12 +13,17 @@ BYTES_PER_WORKER = 1.5e9
 
 def workers(processors: int, memory: float) -> int:
     """Return the number of workers for which processors and memory suffice."""
-    return max(1, min(processors, int(memory / BYTES_PER_WORKER)))
+    return max(1, int(min(processors, memory / BYTES_PER_WORKER)))
 
 
 def memory_bytes(root: Path = Path("/")) -> float:
-    """Return the machine's memory, or the limit of this process's control group if it is lower."""
-    return min([float(psutil.virtual_memory().total), *_limits(root)])
+    """Return the machine's memory, or the limit of this process's control group if it is lower.
+
+    Where the machine does not say (Windows), there is no limit.
+    """
+    known = hasattr(os, "sysconf")
+    whole = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES") if known else math.inf
+    return min([whole, *_limits(root)])
 
 
 def _limits(root: Path) -> list[float]:
