@@ -6,6 +6,7 @@ used. Errors in a plug-in are reported in one sentence that names the package.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Mapping
 from functools import cache
 from importlib.metadata import EntryPoint, entry_points
@@ -19,6 +20,8 @@ QUESTIONS = "slipscale.questions"
 PARTICIPANTS = "slipscale.participants"
 ANALYSES = "slipscale.analyses"
 OURS = "slipscale"
+#: Names of plug-ins are written in study files, and parts of column names and file names.
+NAMES = re.compile("[a-z][a-z0-9_]*")
 
 T = TypeVar("T")
 
@@ -30,10 +33,26 @@ def installed(group: str) -> Mapping[str, EntryPoint]:
     Raises
     ------
     UserError
-        If two packages provide plug-ins with the same name.
+        If two packages provide plug-ins with the same name, if a name contains other characters
+        than lower-case letters, digits and underscores, or if Slipscale's own are missing.
     """
     found: dict[str, EntryPoint] = {}
-    for point in entry_points(group=group):
+    points = entry_points(group=group)
+    if not points and group in (PROTOCOLS, QUESTIONS):
+        raise UserError(
+            "this installation of Slipscale is incomplete: the group of entry points {group} is "
+            "empty; install Slipscale again",
+            group=group,
+        )
+    for point in points:
+        if not NAMES.fullmatch(point.name):
+            raise UserError(
+                "plug-ins: the name '{point_name}' in the group {group} (package {package}); "
+                "expected lower-case letters, digits and underscores; rename the entry point",
+                point_name=point.name,
+                group=group,
+                package=package_of(point),
+            )
         known = found.setdefault(point.name, point)
         if (known.value, package_of(known)) != (point.value, package_of(point)):
             sources = " and ".join(

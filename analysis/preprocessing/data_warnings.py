@@ -88,7 +88,7 @@ def nothing(data: Dataset, kinds: Sequence[TaskTrials]) -> str:
         return (
             f"contains only trials of {', '.join(data.others)}, which Slipscale does not "
             "analyse; install a package that analyses them (with an entry point in the group "
-            "slipscale.analyses)"
+            f"slipscale.analyses){first}"
         )
     return f"no answered trials; nothing to analyse{why}{first}"
 

@@ -6,6 +6,7 @@ point's name.
 
 from __future__ import annotations
 
+import reprlib
 from dataclasses import replace
 
 from slipscale.experiments.protocol_parts.base import Protocol
@@ -39,7 +40,7 @@ def load_protocol(name: str) -> Protocol:
         raise UserError(
             "{protocol}: its entry point is {loaded}, expected a Protocol",
             protocol=named,
-            loaded=repr(loaded),
+            loaded=reprlib.repr(loaded),
         )
     if package == OURS:
         return loaded

@@ -191,7 +191,7 @@ def _judged(step: Ask, value: Value) -> Value:
     question = step.question
     if not (is_answer(value) and question.fits(value)):
         raise UserError(
-            "'{step_name}', a {kind}, rehearses the answer {value}; expected {expected}",
+            "the question '{step_name}' ({kind}) rehearses the answer {value}; expected {expected}",
             step_name=step.name,
             kind=type(question).__name__,
             value=repr(value),
@@ -199,7 +199,7 @@ def _judged(step: Ask, value: Value) -> Value:
         )
     if not is_number(time_s := question.movement_s(value)):
         raise UserError(
-            "'{step_name}', a {kind}, states a movement of {time_s} s; expected a number of "
+            "the question '{step_name}' ({kind}) states a movement of {time_s} s; expected a number of "
             "seconds, 0 or more",
             step_name=step.name,
             kind=type(question).__name__,

@@ -11,6 +11,7 @@ afterwards, because they include the figures. Keys and files must be called ``ow
 from __future__ import annotations
 
 import re
+import reprlib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
@@ -298,11 +299,10 @@ def _is_own(name: str, key: str) -> bool:
 
 
 def _declared(name: str, kind: object) -> TaskAnalysis:
-    # The name is used in file names and in a key of inference.json.
-    if not re.fullmatch("[a-z][a-z0-9_]*", name):
-        raise UserError("expected a name of lower-case letters, digits and underscores")
     if not isinstance(kind, TaskAnalysis):
-        raise UserError("its entry point must be a TaskAnalysis, but is {kind}", kind=repr(kind))
+        raise UserError(
+            "its entry point must be a TaskAnalysis, but is {kind}", kind=reprlib.repr(kind)
+        )
     if kind.name != name:
         raise UserError(
             "its name must be the name of the entry point, but is '{kind_name}'",

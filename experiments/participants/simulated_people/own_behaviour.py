@@ -6,6 +6,7 @@ point's name can then be passed to ``slipscale pilot --population`` or used in a
 
 from __future__ import annotations
 
+import reprlib
 from collections.abc import Callable, Mapping
 from importlib.metadata import EntryPoint
 from typing import TYPE_CHECKING, ClassVar, NamedTuple, TypeVar
@@ -112,6 +113,6 @@ def load_behaviour(name: str) -> InstalledBehaviour:
         raise UserError(
             "{subject}: its entry point is {kind}, expected a class derived from Behaviour",
             subject=subject,
-            kind=repr(kind),
+            kind=reprlib.repr(kind),
         )
     return InstalledBehaviour(kind, point)

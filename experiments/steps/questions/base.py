@@ -106,7 +106,7 @@ class Question(ABC):
 
         Random numbers come only from ``person.stream(name, ...)``.
         """
-        raise TypeError(f"no simulated answer to '{name}', a {type(self).__name__}")
+        raise TypeError(f"no simulated answer to '{name}' ({type(self).__name__})")
 
     def movement_s(self, _value: Value, /) -> float:
         """Return the duration of the movement that an answer contains, 0 if it contains none."""

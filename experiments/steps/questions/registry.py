@@ -8,6 +8,7 @@ line.
 from __future__ import annotations
 
 import inspect
+import reprlib
 from collections.abc import Callable, Mapping
 from dataclasses import fields
 from functools import cache
@@ -54,7 +55,7 @@ def load_kind(name: str) -> type[Question]:
         raise UserError(
             "{named}: its entry point is {kind}, expected a class derived from Question",
             named=named,
-            kind=repr(kind),
+            kind=reprlib.repr(kind),
         )
     if lacking := sorted({*kind.__abstractmethods__} | ({"EXPECTED"} - {*dir(kind)})):
         raise UserError(

@@ -288,15 +288,40 @@ def test_a_question_whose_kind_is_not_registered_is_refused_before_a_pilot(pilot
         pilot(GRIP, steps=asks)
 
 
-def test_two_packages_that_give_the_same_name_are_refused(monkeypatch):
+@pytest.mark.parametrize(
+    "method, found, said",
+    [
+        ("rehearsed", "much", r"rehearses the answer 'much'; expected a number"),
+        ("rehearsed", [1.0], r"rehearses the answer \[1.0\]; expected a number"),
+        ("movement_s", -1.0, "states a movement of -1.0 s; expected a number of seconds"),
+    ],
+)
+def test_a_question_that_rejects_its_own_answer_is_refused_before_a_pilot(
+    pilot, monkeypatch, method, found, said
+):
+    monkeypatch.setattr(NumberQuestion, method, lambda *_: found)
+    with pytest.raises(UserError, match=r"'grip' \(NumberQuestion\) " + said):
+        pilot(GRIP)
+
+
+@pytest.mark.parametrize(
+    "names, said",
+    [
+        (("ourlab.grip", "theirlab.grip"), r"both ourlab.* and theirlab.* provide 'grip' "),
+        (("ourlab.my grip",), "the name 'my grip' in the group slipscale.protocols"),
+        ((), "this installation of Slipscale is incomplete"),
+    ],
+)
+def test_entry_points_that_are_ambiguous_misnamed_or_missing_are_refused(monkeypatch, names, said):
+    places = [name.split(".") for name in names]
     points = [
-        EntryPoint(name="grip", value=f"{package}.grip:PROTOCOL", group="slipscale.protocols")
-        for package in ("ourlab", "theirlab")
+        EntryPoint(name=name, value=f"{package}.grip:PROTOCOL", group="slipscale.protocols")
+        for package, name in places
     ]
     monkeypatch.setattr(plug_ins, "entry_points", lambda **_: points)
     plug_ins.installed.cache_clear()
     try:
-        with pytest.raises(UserError, match=r"both ourlab.* and theirlab.* provide 'grip' "):
+        with pytest.raises(UserError, match=said):
             plug_ins.installed("slipscale.protocols")
     finally:
         plug_ins.installed.cache_clear()

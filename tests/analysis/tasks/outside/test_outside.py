@@ -273,13 +273,6 @@ def test_one_that_has_nothing_to_say_is_no_problem_and_says_why(installed, only_
     assert written["own_none"] == {"reason": "no trials of weight"}
 
 
-def test_a_name_that_is_no_files_name_is_refused(installed):
-    faults = []
-    installed(**{"../up": own_analysis("../up", title="Up", run=spread)})
-    assert guard.installed_kinds(faults) == ()
-    assert "expected a name of lower-case letters" in faults[0]
-
-
 @pytest.mark.parametrize(
     "changes, said",
     [
