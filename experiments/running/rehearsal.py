@@ -199,8 +199,8 @@ def _judged(step: Ask, value: Value) -> Value:
         )
     if not is_number(time_s := question.movement_s(value)):
         raise UserError(
-            "the question '{step_name}' ({kind}) states a movement of {time_s} s; expected a number of "
-            "seconds, 0 or more",
+            "the question '{step_name}' ({kind}) states a movement of {time_s} s; expected "
+            "a number of seconds, 0 or more",
             step_name=step.name,
             kind=type(question).__name__,
             time_s=repr(time_s),
