@@ -192,9 +192,19 @@ def _beyond_reason(table: dict[str, object]) -> Iterator[Fault]:
     while todo:
         place, value = todo.pop()
         if isinstance(value, int) and abs(value) >= TOO_LARGE:
-            yield place, {"msg": f"expected a number of at most {MOST_DIGITS} digits"}
+            yield (
+                place,
+                {"msg": Message("expected a number of at most {most} digits", most=MOST_DIGITS)},
+            )
         if isinstance(value, dict | list) and value and len(place) >= DEEPEST:
-            yield place[:1], {"msg": f"expected tables and lists nested at most {DEEPEST} deep"}
+            yield (
+                place[:1],
+                {
+                    "msg": Message(
+                        "expected tables and lists nested at most {deepest} deep", deepest=DEEPEST
+                    )
+                },
+            )
         elif isinstance(value, dict):
             todo += [((*place, key), inner) for key, inner in value.items()]
         elif isinstance(value, list):

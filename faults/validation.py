@@ -251,7 +251,7 @@ def place_in_words(place: Place) -> str:
                 else Message("item {part}", part=part + 1)
             )
         elif words.startswith("item "):
-            words = f"{part} of {words}"
+            words = Message("{part} of {words}", part=part, words=words)
         else:
             words = f"{words}.{part}" if words else part
     return words

@@ -26,7 +26,10 @@ def named_twice(table: str, names: list[str]) -> Iterator[Fault]:
     """Yield an error for each repeated name in a table."""
     for number, name in enumerate(names):
         if name in names[:number]:
-            yield (table, number, "name"), {"msg": f"there is already a '{name}'"}
+            yield (
+                (table, number, "name"),
+                {"msg": Message("there is already a '{name}'", name=name)},
+            )
 
 
 def impossible(
@@ -37,7 +40,7 @@ def impossible(
     labels = [load_protocol(other.protocol).for_task(other).task for other in before]
     if (label := protocol.for_task(task).task) in labels:
         # Tasks with the same label would share a table, with the same trial numbers.
-        message = f"there is already a '{label}': set another label"
+        message = Message("there is already a '{label}': set another label", label=label)
         yield (*place, "label" if task.label else "protocol"), {"msg": message}
     for key in protocol.amplitudes:
         given = getattr(task, key, None) or ()
@@ -51,12 +54,21 @@ def impossible(
         yield (*place, "protocol"), {"msg": str(error)}
         return
     if protocol.texts and protocol.instructions not in texts:
-        message = f"the protocol has no text for its instructions '{protocol.instructions}'"
+        message = Message(
+            "the protocol has no text for its instructions '{key}'", key=protocol.instructions
+        )
         yield (*place, "protocol"), {"msg": message}
     columns = {*protocol.design, *protocol.stimulus, *protocol.response}
     shared = columns & {factor.name for factor in data.get("factors", ())}
     yield from (
-        (place, {"msg": (f"the protocol's column '{name}' has the name of a factor")})
+        (
+            place,
+            {
+                "msg": (
+                    Message("the protocol's column '{name}' has the name of a factor", name=name)
+                )
+            },
+        )
         for name in shared
     )
     levels, textures = data.get("levels"), data.get("textures")
@@ -69,7 +81,14 @@ def impossible(
         possible = protocol.possible_levels(task, context) if protocol.possible_levels else ()
         yield from own.unpresentable(place, *sorted(set(possible)))
         if not protocol.trials(task, context):
-            yield place, {"msg": f"the task has no trials with these {own.quantity.levels}"}
+            yield (
+                place,
+                {
+                    "msg": Message(
+                        "the task has no trials with these {levels}", levels=own.quantity.levels
+                    )
+                },
+            )
     except UserError as error:
         yield place, {"msg": str(error)}
 
@@ -120,7 +139,12 @@ def unspoken(texts: dict[str, dict[str, Any]], data: Mapping[str, Any]) -> Itera
         tasks = [load_protocol(t.protocol).for_task(t).task for t in data.get("tasks", ())]
         if data.get("headphone_test") and HEADPHONES in tasks:
             fault = {
-                "msg": (f"expected another label: '{HEADPHONES}' is used by the headphone test")
+                "msg": (
+                    Message(
+                        "expected another label: '{label}' is used by the headphone test",
+                        label=HEADPHONES,
+                    )
+                )
             }
             yield ("tasks", tasks.index(HEADPHONES), "label"), fault
         taken = [HEADPHONES, *tasks, *(question.name for question in questions)]

@@ -120,9 +120,12 @@ def uncrossable(place: Place, factor: Factor, study: Mapping[str, Any]) -> Itera
     if len(set(factor.levels)) < len(factor.levels):
         yield (*place, "levels"), {"msg": "expected different values"}
     if factor.name in TAKEN or levels.made.in_file[factor.name] != factor.name:
-        yield (*place, "name"), {"msg": f"'{factor.name}' is already a column of every task"}
+        yield (
+            (*place, "name"),
+            {"msg": Message("'{factor}' is already a column of every task", factor=factor.name)},
+        )
     if field and field == levels.vary:
-        yield (*place, "name"), {"msg": f"{factor.name} is already varied"}
+        yield (*place, "name"), {"msg": Message("{factor} is already varied", factor=factor.name)}
     if field and not (levels.vary or study.get("textures")):
         yield (
             (*place, "name"),
@@ -136,11 +139,16 @@ def uncrossable(place: Place, factor: Factor, study: Mapping[str, Any]) -> Itera
     tables |= {("instructions", language): texts for language, texts in factor.instructions.items()}
     for key, table in tables.items():
         if strange := sorted(set(table) - known):
-            message = f"unknown levels {', '.join(strange)}; expected levels of the factor"
+            message = Message(
+                "unknown levels {levels}; expected levels of the factor", levels=", ".join(strange)
+            )
             yield (*place, *key), {"msg": message}
     language = study.get("language", "en")
     if factor.instructions and known - set(factor.instructions.get(language, {})):
-        yield (*place, "instructions"), {"msg": f"expected a text in '{language}' for each level"}
+        yield (
+            (*place, "instructions"),
+            {"msg": Message("expected a text in '{language}' for each level", language=language)},
+        )
     if field:
         yield from _unplayable(place, factor, levels, study)
 
@@ -150,7 +158,7 @@ def _unplayable(
 ) -> Iterator[Fault]:
     """Yield errors for a factor's levels that the study's stimuli cannot present."""
     if words := [each for each in factor.levels if isinstance(each, str)]:
-        yield (*place, "levels"), {"msg": f"expected numbers, not '{words[0]}'"}
+        yield (*place, "levels"), {"msg": Message("expected numbers, not '{word}'", word=words[0])}
         return
     textures = tuple(each.surface() for each in study.get("textures", ()))
     presented = levels.context(study.get("levels", ()), textures)

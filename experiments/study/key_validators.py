@@ -126,7 +126,9 @@ def valid_factors(value: tuple[Factor, ...], info: ValidationInfo) -> tuple[Fact
         faults += second_faults(second, value)
     count = len(conditions_of(value)) if value else 1
     if count > MOST_CONDITIONS:
-        message = f"expected at most {MOST_CONDITIONS} combinations, not {count}"
+        message = Message(
+            "expected at most {most} combinations, not {count}", most=MOST_CONDITIONS, count=count
+        )
         faults.append((("factors",), {"msg": message}))
     refuse(faults)
     return value

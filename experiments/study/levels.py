@@ -18,6 +18,7 @@ from pydantic import BaseModel
 from slipscale.experiments.protocol_parts.base import Context
 from slipscale.experiments.study.tables import PlateSettings, StimulusTable
 from slipscale.faults import UserError
+from slipscale.faults.message import Message
 from slipscale.faults.toml_lines import Place
 from slipscale.faults.validation import Fault
 from slipscale.stimuli.level_names import is_level
@@ -123,7 +124,14 @@ class Levels:
         levels = dict.fromkeys(each.made.level for each in surfaces)
         if beyond := ", ".join(str(each) for each in levels if each > self.limit_level):
             limit = f"{self.limit_level} {self.made.unit_in_short}"
-            yield place, {"msg": f"{beyond} is beyond the plate's {limit}"}
+            yield (
+                place,
+                {
+                    "msg": Message(
+                        "{beyond} is beyond the plate's {limit}", beyond=beyond, limit=limit
+                    )
+                },
+            )
 
     def unpresentable(self, place: Place, *levels: float) -> Iterator[Fault]:
         """Yield errors that state which levels cannot be presented, and why."""
@@ -168,5 +176,8 @@ class Levels:
             left_out = is_level(key) and key not in table.model_fields_set
             if left_out and field.default is not None:
                 unit = quantity.unit_in_full
-                message = f"is missing; expected a value in {unit}, because the default is in µm"
+                message = Message(
+                    "is missing; expected a value in {unit}, because the default is in µm",
+                    unit=unit,
+                )
                 yield (*place, key), {"msg": message}

@@ -174,7 +174,7 @@ def unanswerable(
     """
     for number, question in enumerate(questions):
         for key in {key for key, each in question.languages() if each not in known}:
-            message = f"expected languages among {', '.join(known)}"
+            message = Message("expected languages among {languages}", languages=", ".join(known))
             yield ("about_you", number, key), {"msg": message}
         for place, sentence in question.faults(language):
             yield ("about_you", number, *place), {"msg": sentence}

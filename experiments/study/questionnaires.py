@@ -20,6 +20,8 @@ from slipscale.experiments.steps.steps import Ask, Instruct, Steps
 from slipscale.experiments.study.person_questions import TAKEN, PersonQuestion, Translated, distinct
 from slipscale.faults import UserError
 from slipscale.faults.frozen_table import FrozenTable, setting
+from slipscale.faults.message import Message
+from slipscale.faults.toml_lines import Place
 from slipscale.faults.validation import Fault
 
 MOST_ITEMS = 200
@@ -157,32 +159,31 @@ def unusable(
     for number, each in enumerate(questionnaires):
         place = ("questionnaires", number)
         if each.name in names:
-            yield (*place, "name"), {"msg": f"there is already a '{each.name}'"}
+            yield (*place, "name"), {"msg": Message("there is already a '{name}'", name=each.name)}
         names.add(each.name)
         for key, words in (("title", each.title), ("instructions", each.instructions)):
             yield from (
                 ((*place, key), {"msg": words_fault})
                 for words_fault in _unread(words, language, known)
             )
-        unknown = set()
+        unknown: set[tuple[Place, str]] = set()
         for index, question in enumerate(each.questions()):
             if question.name in names:
-                words_fault = f"there is already a '{question.name}'"
+                words_fault = Message("there is already a '{name}'", name=question.name)
                 yield (*place, "items", index, "name"), {"msg": words_fault}
             names.add(question.name)
             own = each.items[index].options is not None
             for key, spoken in question.languages():
                 if spoken not in known:
-                    words_fault = f"expected languages among {', '.join(known)}"
-                    unknown.add((_place(place, index, key, own=own), words_fault))
-            for found, words_fault in question.faults(language):
+                    among = Message(
+                        "expected languages among {languages}", languages=", ".join(known)
+                    )
+                    unknown.add((_place(place, index, key, own=own), among))
+            for found, sentence in question.faults(language):
                 where = _place(place, index, str(found[0]), own=own)
                 shared = where == (*place, "options")  # reported once, not per item
                 unknown.add(
-                    (
-                        where,
-                        words_fault.replace(question.name, each.name) if shared else words_fault,
-                    )
+                    (where, sentence.replace(question.name, each.name) if shared else sentence)
                 )
         yield from (
             (where, {"msg": words_fault}) for where, words_fault in sorted(unknown, key=str)
@@ -203,6 +204,6 @@ def _unread(
 ) -> Iterator[str]:
     if isinstance(words, dict):
         if language not in words:
-            yield f"expected words in '{language}'"
+            yield Message("expected words in '{language}'", language=language)
         if not set(words) <= set(known):
-            yield f"expected languages among {', '.join(known)}"
+            yield Message("expected languages among {languages}", languages=", ".join(known))

@@ -12,6 +12,7 @@ from pydantic import Field, create_model, model_validator
 from slipscale.experiments.protocol_parts.base import Label, Positive, Seconds, Switch, Words
 from slipscale.faults import UserError
 from slipscale.faults.frozen_table import FrozenTable, setting
+from slipscale.faults.message import Message
 from slipscale.faults.validation import Fault, refuse
 from slipscale.hardware.limits import PlateLimits
 from slipscale.stimuli.parameters import Parameter, declared
@@ -210,9 +211,16 @@ class StimulusTable(_Parameters):
             yield ("image",), {"msg": "is missing"}
         for field in sorted(given - {each.name for each in fields(kind)}):
             if field == vary:
-                yield ("kind",), {"msg": f"a {self.kind} does not have the parameter to vary"}
+                yield (
+                    ("kind",),
+                    {
+                        "msg": Message(
+                            "a {kind} does not have the parameter to vary", kind=self.kind
+                        )
+                    },
+                )
             else:
-                yield (field,), {"msg": f"does not belong to a {self.kind}"}
+                yield (field,), {"msg": Message("does not belong to a {kind}", kind=self.kind)}
         if vary in self._given:
             yield (vary,), {"msg": "is varied and must be omitted"}
 

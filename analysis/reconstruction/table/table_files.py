@@ -106,7 +106,9 @@ class _File(FrozenTable):
         labels = self.labels()
         for place, test in enumerate(self.test):
             if test.of_two and not test.columns and len(labels) != 2:  # noqa: PLR2004 - a pair
-                words = f"expected the labels of the two columns that {test.kind} compares"
+                words = Message(
+                    "expected the labels of the two columns that {kind} compares", kind=test.kind
+                )
                 yield ("test", place), {"msg": words}
             for label in test.columns:
                 if label not in labels:

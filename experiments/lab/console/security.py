@@ -28,7 +28,7 @@ from starlette.datastructures import Headers, MutableHeaders
 from starlette.responses import HTMLResponse, PlainTextResponse, Response
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-from slipscale.experiments.lab.console.page_texts import languages
+from slipscale.experiments.lab.console.page_texts import Words, languages, preferred
 
 LARGEST_BODY = 1_000_000
 TO_THE_PAGES = (
@@ -136,16 +136,20 @@ class Guard:
         if scope["type"] == "lifespan":
             await self._app(scope, receive, send)
             return
-        refusal = self._refusal(scope) if scope["type"] == "http" else _refused("not served", 403)
+        refusal = (
+            self._refusal(scope)
+            if scope["type"] == "http"
+            else _refused("not served", 403, Headers(scope=scope))
+        )
         await (refusal or self._app)(scope, receive, self._with_headers(send))
 
     def _refusal(self, scope: Scope) -> Response | None:
         """Return the response to a rejected or redirected request; None if a page may respond."""
         headers, access = Headers(scope=scope), self._access
         if not access.tls and belongs_to_another(scope.get("client")):
-            return _refused("This console belongs to another user.", 403)
+            return _refused("This console belongs to another user.", 403, headers)
         if headers.get("host", "") not in access.hosts:
-            return _refused("This is not the console's address.", 400)
+            return _refused("This is not the console's address.", 400, headers)
         query = parse_qs(scope["query_string"].decode("latin-1"))
         given = query.get("token", [""])[0]
         if given and scope["method"] in READING and access.entrance.opens(given):
@@ -160,7 +164,8 @@ class Guard:
             )
             return opened
         if not access.entrance.admits(self._held(headers)):
-            return _refused("Open the address that slipscale lab shows in the terminal.", 403)
+            sentence = "Open the address that slipscale lab shows in the terminal."
+            return _refused(sentence, 403, headers)
         if scope["method"] in READING:
             return None
         return self._change_refusal(scope["method"], headers)
@@ -176,7 +181,9 @@ class Guard:
             "Expected JSON.": headers.get("content-type", "").split(";")[0] != "application/json",
             "Too long.": not length.isdecimal() or int(length) > LARGEST_BODY,
         }
-        return next((_refused(reason, 403) for reason, holds in reasons.items() if holds), None)
+        return next(
+            (_refused(reason, 403, headers) for reason, holds in reasons.items() if holds), None
+        )
 
     def _held(self, headers: Headers) -> str:
         """Return the content of the console's cookie; empty if there is none."""
@@ -228,5 +235,7 @@ def belongs_to_another(client: tuple[str, int] | None) -> bool:
     return True  # the client has already disconnected
 
 
-def _refused(sentence: str, status: int) -> PlainTextResponse:
-    return PlainTextResponse(f"{sentence}\n", status_code=status)
+def _refused(sentence: str, status: int, headers: Headers) -> PlainTextResponse:
+    """Return the response to a rejected request, in the browser's language."""
+    say = Words(preferred(headers.get("accept-language", ""), "")).say
+    return PlainTextResponse(f"{say(sentence)}\n", status_code=status)

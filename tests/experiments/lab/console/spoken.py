@@ -18,8 +18,16 @@ PACKAGES = ("analysis", "experiments", "faults", "hardware", "stimuli")
 IMPORTS = re.compile(r"(?:from|import) (slipscale[\w.]+)|\"(slipscale\.[\w.]+)[:\"]")
 SENTENCE = re.compile("[a-z]{3},? [a-z(]|[a-z] [a-z]{3}")  # two words at least
 # Classes of errors that are also returned, and a function that raises its arguments.
-TELLERS = {"UserError", "RigError", "differs", *(kind.__name__ for kind in FAULTS.values())}
-TELLING = re.compile(rf"\braise |\b({'|'.join(TELLERS)})\(|\b(remedy|detail|what|problem)=")
+TELLERS = {
+    "UserError",
+    "RigError",
+    "differs",
+    "_refused",
+    *(kind.__name__ for kind in FAULTS.values()),
+}
+TELLING = re.compile(
+    rf"\braise |\"msg\":|_refused\(|\b({'|'.join(TELLERS)})\(|\b(remedy|detail|what|problem)="
+)
 # Errors that users never see: the calling code catches them, or they are defects.
 INTERNAL = {"ArgumentError", "AttributeError", "HTTPException", "LookupError", "RuntimeError"}
 INTERNAL |= {"SystemExit", "TypeError"}
@@ -95,7 +103,7 @@ def local_in(function):
     return assigned(ast.walk(function))
 
 
-def told(node, *, everything):
+def told(node, *, everything):  # noqa: PLR0911 - a rule per return
     """Return the expressions that a node raises or, on request, returns or shows otherwise."""
     match node:
         case ast.Raise(exc=ast.Call(func=kind, args=arguments, keywords=given)):
@@ -106,6 +114,8 @@ def told(node, *, everything):
             return [*arguments, *(each.value for each in given)]
         case ast.keyword(arg="remedy" | "detail" | "what" | "problem", value=value):
             return [value]
+        case ast.Dict(keys=keys, values=values):  # a fault of a file
+            return [v for k, v in zip(keys, values, strict=True) if ast.unparse(k or v) == "'msg'"]
         case ast.Return(value=value) | ast.Yield(value=value) if everything and value:
             return [value]
         case ast.Call(func=ast.Attribute(attr="start" | "say"), args=arguments) if everything:
