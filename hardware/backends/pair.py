@@ -21,6 +21,7 @@ from slipscale.hardware.address import SPLIT, parts
 from slipscale.hardware.clock import Clock
 from slipscale.hardware.driver import PlateDriver
 from slipscale.hardware.errors import ConnectionLost, StillVibrating
+from slipscale.hardware.output.unattended import StopsAlone
 from slipscale.hardware.records import Output, PlateIdentity, Presentation, Readback
 from slipscale.stimuli.modulation import Loop
 from slipscale.stimuli.surface import Sensor, Surface, VirtualSurface
@@ -36,6 +37,7 @@ class PlatePair(PlateDriver):
     """
 
     name = "pair"
+    unattended = StopsAlone("each actuator has its own declaration")
 
     def __init__(self, first: PlateDriver, second: PlateDriver) -> None:
         super().__init__(clock=first.clock, limits=first.limits, plate_file=first.plate_file)

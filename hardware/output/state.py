@@ -15,6 +15,9 @@
    off* or *unreachable*, never *may be on*.
 3. If the output is *unreachable*, no surface is presented until `connect` or `silence` has
    confirmed that it is off.
+4. While the output may be on, a guard (`slipscale.hardware.output.guard`) waits for the death of
+   this process, if the backend declares one. `connect` starts it, before the backend connects. A
+   guard of an output that is not confirmed off survives `close`.
 """
 
 from __future__ import annotations
@@ -27,7 +30,11 @@ from typing import ClassVar
 from slipscale.hardware.clock import Clock
 from slipscale.hardware.errors import ConnectionLost, OverLimit, PlateFault, StillVibrating
 from slipscale.hardware.limits import OnTime, PlateLimits
+from slipscale.hardware.output import guard as guards
+from slipscale.hardware.output.unattended import Guarded, Unattended, Unguarded
 from slipscale.hardware.records import Output
+
+ATTENTION_S = 5.0  # A session that gives no sign of life for this time is assumed to hang.
 
 
 class GuardedOutput(ABC):
@@ -42,19 +49,57 @@ class GuardedOutput(ABC):
 
     Attributes
     ----------
-    output : Output
-        State of the drive; for the rules, see the documentation of this module.
+    unattended : Unattended
+        What happens to the output when this process is killed or frozen.
+    interlock : str
+        What switches an unguarded output off, as acknowledged by the operator.
+    attention_s : float
+        Time without a command or `check` after which the session is assumed to hang, and the
+        output is switched off; 0 means never.
     """
 
     name: ClassVar[str]
+    unattended: Unattended = Unguarded("the backend declares no guard")
+    interlock: str = ""
+    attention_s: float = ATTENTION_S
 
     def __init__(self, clock: Clock, limits: PlateLimits) -> None:
         self.clock = clock
         self.limits = limits
-        self.output = Output.UNREACHABLE
+        self._guard: guards.Guard | None = None
+        self._known_state = Output.UNREACHABLE
         self._opened = False  # between `_connect` and `_close`
         self._on_time = OnTime(window_s=limits.duty_window_s)
         self._fault_known = False
+
+    @property
+    def output(self) -> Output:
+        """State of the drive; for the rules, see the documentation of this module."""
+        return self._known_state
+
+    @output.setter
+    def output(self, state: Output) -> None:
+        self._known_state = state
+        if self._guard is not None and state is not Output.UNREACHABLE:
+            self._guard.arm(state is Output.MAY_BE_ON)
+
+    def _start_guard(self) -> None:
+        """Start the guard that the backend declares, in place of an earlier one."""
+        if self._guard is not None:
+            self._guard.kill()
+            self._guard = None
+        if isinstance(self.unattended, Guarded):
+            self._guard = guards.Guard(self.unattended.opens, attention_s=self.attention_s)
+            if self._opened and self.output is not Output.OFF:
+                self._guard.arm(True)
+
+    def _ask_guard(self, method: str, *words: str) -> str:
+        """Call a method of the guard's `Switch`; start the guard again if it has ended."""
+        if self._guard is None or self._guard.ended:
+            self._start_guard()
+        if self._guard is None:
+            raise ConnectionLost(guards.ENDED)
+        return self._guard.call(method, *words)
 
     def silence(self) -> None:
         """Stop the vibration; safe to call at any time, in any state and repeatedly.
@@ -109,9 +154,13 @@ class GuardedOutput(ABC):
         try:
             self.silence()
         finally:
+            confirmed_off = self.output is Output.OFF
             self._opened = False
             with suppress(PlateFault):
                 self._close()
+            if self._guard is not None:
+                self._guard.end(confirmed_off=confirmed_off)
+                self._guard = None if confirmed_off else self._guard
 
     @contextmanager
     def _commanding(self, *, vibrates: bool) -> Iterator[None]:
@@ -133,6 +182,9 @@ class GuardedOutput(ABC):
     @contextmanager
     def _silent_on_fault(self) -> Iterator[None]:
         try:
+            if self._guard is not None:
+                self._guard.attend()
+                self._guard.check()
             yield
         except Exception as error:
             self._fault_known = self._fault_known or isinstance(error, PlateFault)
