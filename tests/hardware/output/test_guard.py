@@ -169,11 +169,11 @@ def test_a_guard_that_dies_is_a_fault_and_a_new_one_switches_off():
 
 
 def test_a_session_that_ends_in_order_ends_its_guard():
-    with (
-        GeneratorServer("keysight") as server,
-        open_plate(f"scpi:{server.resource},gain=2", clock=SystemClock()) as plate,
-    ):
-        guard_id = plate._guard.process_id
+    with GeneratorServer("keysight") as server:
+        plate = open_plate(f"scpi:{server.resource},gain=2", clock=SystemClock())
+        with plate:
+            guard_id = plate._guard.process_id
+            assert runs(guard_id)
         assert not runs(guard_id)
 
 
