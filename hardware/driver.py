@@ -149,7 +149,7 @@ class PlateDriver(GuardedOutput):
             self.close()
             raise
         self._fault_known = False
-        self._on_time.command(self.clock.now(), vibrates=False)
+        self._on_time.command(self._lived_s(), vibrates=False)
         return self.identity
 
     def check_supported(self, surface: Surface, *, sensors: Collection[Sensor] = ()) -> Loop | None:

@@ -93,6 +93,7 @@ class MockPlate(PlateDriver):
 
     name = "mock"
     simulated = True
+    frozen_s = math.inf  # Simulated people do not check the plate while they explore it.
     unattended: Unattended = StopsAlone("the plate is simulated by this process")
 
     def __init__(

@@ -11,6 +11,7 @@ actuator switches off both, and *confirmed off* requires both to confirm.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Collection
 from dataclasses import replace
 
@@ -37,6 +38,7 @@ class PlatePair(PlateDriver):
     """
 
     name = "pair"
+    frozen_s = math.inf  # Each actuator detects it.
     unattended = StopsAlone("each actuator has its own declaration")
 
     def __init__(self, first: PlateDriver, second: PlateDriver) -> None:
