@@ -119,6 +119,7 @@ def patient(monkeypatch):
     """Let sessions wait a minute for a board or a sensor, which a busy machine can keep waiting."""
     monkeypatch.setattr("slipscale.hardware.backends.serial_board.link.REPLY_TIMEOUT_S", 60.0)
     monkeypatch.setattr("slipscale.hardware.backends.serial_board.link.GREETING_S", 60.0)
+    monkeypatch.setattr("slipscale.hardware.output.state.GuardedOutput.frozen_s", 60.0)
     monkeypatch.setattr("slipscale.hardware.contact.serial_columns.FIRST_S", 60.0)
     monkeypatch.setattr("slipscale.hardware.contact.serial_columns.SILENT_S", 60.0)
 
