@@ -109,8 +109,9 @@ def _without_hint(text: str) -> str:
     return HINT.sub("", text, count=1)
 
 
-def separator_of(header: bytes) -> str:
-    """Detect the separator in a header line, ignoring characters inside quotes."""
+def separator_of(text: bytes) -> str:
+    """Detect the separator in the first line, ignoring characters inside quotes."""
+    header = re.split(rb"[\r\n]", text.lstrip(b"\r\n"), maxsplit=1)[0]
     outside = re.sub(rb'"[^"]*"', b"", header)
     return next((mark for mark in SEPARATORS if mark.encode() in outside), ",")
 
