@@ -28,7 +28,7 @@ from slipscale.analysis.reading.dialect import (
     decimal_of,
     decoded,
     in_points,
-    separator_of,
+    separated,
 )
 from slipscale.analysis.reading.programs.records import as_text
 from slipscale.analysis.reading.programs.table import Wanted, program_of
@@ -104,8 +104,7 @@ def read_table(
             numbers = [name for name in cells.columns if name not in (*words, "line")]
         frame = _only(cells, path, required, numbers, words)
     else:
-        text = _as_utf_8(content, path, problems)
-        separator = separator_of(text)
+        text, separator = separated(_as_utf_8(content, path, problems))
         lines = split(text, path, separator, header=header)
         if everything:
             numbers = [name for name in filled(lines.names) if name not in words]

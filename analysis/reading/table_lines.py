@@ -7,6 +7,7 @@ lines that are not rows are omitted and reported, and the rows keep their line n
 from __future__ import annotations
 
 import csv
+import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
@@ -18,6 +19,8 @@ from numpy.typing import NDArray
 from slipscale.faults import UserError
 
 QUOTE, NEWLINE = b'"', b"\n"
+#: Last line of a table from Gorilla.
+END_OF_FILE = re.compile(rb'\n"?END OF FILE"?[,;\t]*\n*\Z')
 #: Maximum number of line numbers to list in a sentence.
 LISTED_LINES = 12
 
@@ -64,7 +67,7 @@ def split(content: bytes, path: Path, separator: str, *, header: bool = True) ->
         If the content is not UTF-8 text, is empty, has a line with a wrong number of cells, or has
         an unmatched quotation mark.
     """
-    text = _checked(content, path)
+    text = END_OF_FILE.sub(NEWLINE, _checked(content, path))
     unpadded = text.lstrip(NEWLINE)
     first = 1 + len(text) - len(unpadded)
     top, _, body = unpadded.partition(NEWLINE)

@@ -36,8 +36,8 @@ BIDS_LABEL = re.compile(r"(?<![^_])(sub|ses|task|run)-([^_]+)")
 IN_NAMES = {"participant": "sub", "session": "ses", "run": "run"}
 #: Endings of tables in a folder. Of several, the most frequent one is read, then the first.
 TABLES = (".csv", ".tsv", ".xlsx", ".sav", ".zsav", ".mat", ".json", ".txt", ".dat")
-#: Folders of a data set that contain no tables to read.
-NO_TABLES = {"derivatives", "sourcedata", "code"}
+#: Folders of a data set that contain no tables to read, and the file that marks results.
+NO_TABLES, RESULTS = {"derivatives", "sourcedata", "code"}, "results.json"
 #: Proportion of the usual number of rows below which a file is reported as unfinished.
 UNFINISHED = 0.9
 
@@ -92,6 +92,10 @@ def read_rows(
     _count(frames, sources, problems)
     filled = [frame for frame in frames if len(frame)] or frames[:1]
     rows = pd.concat(filled, ignore_index=True) if len(filled) > 1 else filled[0]
+    if mapping.levels and not {PARTICIPANT, mapping.columns.participant}.intersection(rows):
+        # In questionnaires, rows are people.
+        rows[PARTICIPANT] = [f"row {place}" for place in range(1, len(rows) + 1)]
+        problems.add("no option names the participants, so each row is analysed as one")
     # A column that is only needed to select rows could have the name of one of Slipscale's columns.
     rows = chosen(rows, mapping.table.only, paths[0])
     named = mapping.columns.named.values()
@@ -195,7 +199,7 @@ def _tables(
                 "them"
             )
         return [Table(path, {PARTICIPANT: who}) for path, who in zip(found, labels, strict=True)]
-    if "participant" in columns or mapping.shape.people_in_columns:
+    if "participant" in columns or mapping.shape.people_in_columns or mapping.levels:
         return [Table(path, {}) for path in found]
     if len(found) > 1:
         raise UserError(
@@ -214,7 +218,8 @@ def _in_folder(folder: Path, problems: Problems) -> list[Path]:
         path
         for path in visible(folder, "**/*")
         if path.suffix.lower() in TABLES and not path.name.startswith("~$")
-        if not _is_result(path.relative_to(folder))
+        if not NO_TABLES.intersection(path.relative_to(folder).parts)
+        if not (path.parent / RESULTS).exists()
     ]
     endings = Counter(path.suffix.lower() for path in paths)
     if not endings:
@@ -231,10 +236,6 @@ def _in_folder(folder: Path, problems: Problems) -> list[Path]:
             f"not {others} other tables; to read others, name the files"
         )
     return [path for path in paths if path.suffix.lower() == ending]
-
-
-def _is_result(path: Path) -> bool:
-    return any(part in NO_TABLES or part.endswith("-slipscale") for part in path.parts[:-1])
 
 
 def _of_bids(
