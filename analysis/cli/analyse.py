@@ -27,13 +27,22 @@ COLUMN_OPTIONS = {
     "response": ("COLUMN", "column with magnitude estimates"),
     "answer": ("COLUMN", "column with yes or no, instead of --response"),
     "yes_count": ("COLUMN", "column with the number of yes answers, instead of --answer"),
-    "n": ("COLUMN", "column with the total number of answers, used with --yes-count"),
+    "no_count": ("COLUMN", "column with the number of no (or wrong) answers"),
+    "percent": ("COLUMN", "column with the percentage of yes answers, used with --n"),
+    "n": (
+        "COLUMN",
+        "column with the total number of answers, or this number itself; used with counts",
+    ),
     "reference": (
         "COLUMN",
         "column with the previous stimulus, used with --answer (if omitted, it is 0)",
     ),
-    "first": ("COLUMN", "for ratings of pairs: column with the first item"),
-    "second": ("COLUMN", "for ratings of pairs: column with the second item"),
+    "first": ("COLUMN", "for pairs: column with the first item"),
+    "second": ("COLUMN", "for pairs: column with the second item"),
+    "chosen": (
+        "COLUMN",
+        "for choices in pairs: column with the chosen item (its name, left or right, or 1 or 2)",
+    ),
     "dissimilarity": ("COLUMN", "for ratings of pairs: column with the dissimilarity"),
     "group": ("COLUMN", "column with the participant's group"),
     "factor": (
@@ -44,6 +53,15 @@ COLUMN_OPTIONS = {
     "run": ("COLUMN", "column with the run"),
     "block": ("COLUMN", "column with the block, if trial numbers restart in each block"),
     "trial": ("COLUMN", "column with the trial number"),
+}
+#: Options that specify the arrangement of answers: option -> metavar, help text.
+SHAPE_OPTIONS = {
+    "quadruple": ("A,B,C,D", "for difference scaling: columns of the pairs A, B and C, D"),
+    "triad": ("A,B,C", "for difference scaling: columns of the steps from A to B and from B to C"),
+    "rows_of": (
+        "COLUMN=STIMULUS,ANSWER",
+        "stimuli and answers are in separate rows, in which this column has these values",
+    ),
 }
 
 
@@ -100,9 +118,9 @@ def add_data(parser: ArgumentParser) -> None:
     parser.add_argument(
         "dataset",
         metavar="DATASET",
-        help="folder of a data set, or a table: CSV, TSV, Excel, SPSS, MATLAB, jsPsych, "
-        "Qualtrics, E-Prime",
-        **dataset_default(),
+        help="folder of a data set; or tables with the same columns, or a folder of them: CSV, "
+        "TSV, Excel, SPSS, MATLAB, jsPsych, Qualtrics, E-Prime; or - for standard input",
+        **dataset_default() | {"nargs": "*" if here().file else "+"},
     )
     parser.add_argument(
         "--in-session",
@@ -165,6 +183,32 @@ def add_mapping(parser: ArgumentParser) -> None:
         help="for a wide table: response columns and their levels; without =LEVEL, the number at "
         "the end of the column name is the level (p0,5 and p0.5 are 0.5)",
     )
+    for name, (metavar, text) in SHAPE_OPTIONS.items():
+        group.add_argument(f"--{name.replace('_', '-')}", metavar=metavar, help=text, action=_Once)
+    group.add_argument(
+        "--participant-from-name",
+        metavar="PATTERN",
+        nargs="?",
+        const="",
+        help="the participant is the part of the file names that differs, or the group in a "
+        "regular expression, such as '^([^_]+)'; write the files before this option",
+    )
+    group.add_argument(
+        "--people-in-columns",
+        action="store_true",
+        help="the first column contains the levels, and each other column one participant",
+    )
+    group.add_argument(
+        "--matrix",
+        choices=("wins", "similarities", "dissimilarities"),
+        help="a square table of items: wins of the row over the column, similarities or "
+        "dissimilarities",
+    )
+    group.add_argument(
+        "--no-header",
+        action="store_true",
+        help="the table has no line with column names; the columns are called 1, 2, 3",
+    )
     group.add_argument(
         "--only",
         metavar="COLUMN=VALUE",
@@ -201,6 +245,12 @@ def add_mapping(parser: ArgumentParser) -> None:
     )
 
 
+def paths_of(args: Namespace) -> list[Path]:
+    """Return the paths of the data set."""
+    given = args.dataset
+    return [Path(path) for path in (given if isinstance(given, list) else [given])]
+
+
 def analysed(args: Namespace, progress: Callable[[str], None]) -> Analysis:
     """Read and analyse the data specified by the options."""
     from slipscale.analysis.cli.mapping_options import mapping_from
@@ -210,13 +260,14 @@ def analysed(args: Namespace, progress: Callable[[str], None]) -> Analysis:
     from slipscale.analysis.reading import mapping as mappings
 
     progress("reading the data")
-    LOG.info("reading %s", args.dataset)
+    paths = paths_of(args)
+    LOG.info("reading %s", ", ".join(map(str, paths)))
     mapping = mapping_from(args)
-    data = load(args.dataset, mapping, task=args.task)
+    data = load(paths, mapping, task=args.task)
     if args.in_session:
         data = only_session(data, args.in_session)
     if args.map and mapping is not None:
-        mappings.write_mapping(mapping, Path(args.dataset))
+        mappings.write_mapping(mapping, paths[0])
     return analyse(
         data,
         normalise=args.normalise,
@@ -243,7 +294,7 @@ def run_analyse(args: Namespace) -> int:
         if bundle is not None:
             analysis = held_against(bundle, analysis, args)
         data = analysis.dataset
-        out = Path(args.out) if args.out else default_folder(data, args.dataset)
+        out = Path(args.out) if args.out else default_folder(data, paths_of(args)[0])
         if args.in_session and not args.out:
             out /= f"ses-{args.in_session}"  # separate from the results for all sessions
         if args.task and not args.out:
@@ -265,7 +316,7 @@ def run_analyse(args: Namespace) -> int:
         # Table III is the main result of magnitude estimation.
         print_answers(analysis, outside_only=analysis.prepared is not None)
         print(f"report: {report}")
-    return tell_plan(analysis)
+    return tell_plan(analysis) or (ANSWER_IS_NO if data.left_out else DONE)
 
 
 def held_against(bundle: Bundle, analysis: Analysis, args: Namespace) -> Analysis:

@@ -6,16 +6,12 @@ import re
 from argparse import Namespace
 from collections.abc import Sequence
 
-from slipscale.analysis.reading.mapping import TableMapping, parse_mapping
+from slipscale.analysis.reading.mapping import Columns, TableMapping, parse_mapping
 from slipscale.faults import UserError
 
-COLUMNS = (
-    *("participant", "stimulus", "response", "answer", "yes_count", "n", "reference"),
-    *("first", "second", "dissimilarity"),
-    *("group", "factor", "session", "run", "block", "trial"),
-)
 ANSWERS = ("yes", "no", "missing", "alternatives")
-OTHERS = ("in_unit", "levels", "only", "decimal", "sheet", *ANSWERS)
+SHAPE = ("participant_from_name", "people_in_columns", "matrix", "quadruple", "triad", "rows_of")
+OTHERS = ("in_unit", "levels", "only", "decimal", "sheet", "no_header", *ANSWERS, *SHAPE)
 NUMBER_AT_END = re.compile(r"(?:\d+(?:[.,]\d+)?|[.,]\d+)$")
 #: Ends of the text before a number that may be part of the number: -20, 1e-3, 1.2.3, 0_5.
 UNCLEAR_BEFORE = re.compile(r"(?:[-+−.,]|\d[eE]|\d[_ ])$")
@@ -31,20 +27,21 @@ def mapping_from(args: Namespace) -> TableMapping | None:
     UserError
         If the options contradict each other.
     """
-    if not any(getattr(args, name) for name in (*COLUMNS, *OTHERS)):
+    given = [name for name in (*Columns.model_fields, *OTHERS) if _stated(getattr(args, name))]
+    if not given:
         if args.map:
             raise UserError(
                 "--map: requires options that name the columns, such as --participant and "
                 "--stimulus"
             )
         return None
-    columns = {name: value for name in COLUMNS if (value := getattr(args, name))}
+    columns = {name: value for name in Columns.model_fields if (value := getattr(args, name))}
     name, colon, unit = columns.get("stimulus", "").rpartition(":")
     if not colon:
         name, unit = unit, ""
     stimulus = {"unit": unit} | ({"in_unit": args.in_unit} if args.in_unit else {})
-    if args.levels:
-        # A wide table has no stimulus column, so the option gives the name of the stimulus.
+    if args.levels or args.people_in_columns:
+        # These tables have no stimulus column, so the option gives the name of the stimulus.
         columns.pop("stimulus", None)
         stimulus |= {"name": name} if name else {}
     elif name:
@@ -54,14 +51,33 @@ def mapping_from(args: Namespace) -> TableMapping | None:
         only.setdefault(column, []).append(value)
     cells = {"only": only, "decimal": args.decimal, "sheet": args.sheet}
     table = {"table": {key: value for key, value in cells.items() if value}}
-    if any(getattr(args, name) for name in OTHERS if name not in cells) or columns:
+    if any(name not in cells for name in given):
         table |= {
             "columns": columns,
-            "stimulus": stimulus,
+            "stimulus": {key: value for key, value in stimulus.items() if value},
+            "shape": _shape(args),
             "answers": {key: value for key in ANSWERS if (value := getattr(args, key)) is not None},
             "levels": _levels(args.levels or ()),
         }
-    return parse_mapping(table, "options for columns")
+    return parse_mapping(table, "options")
+
+
+def _stated(value: object) -> bool:
+    return value is not None and value is not False
+
+
+def _shape(args: Namespace) -> dict[str, object]:
+    shape: dict[str, object] = {
+        name: value for name in SHAPE if _stated(value := getattr(args, name))
+    }
+    for name in ("quadruple", "triad"):
+        if name in shape:
+            shape[name] = [part.strip() for part in getattr(args, name).split(",")]
+    if args.rows_of:
+        ((column, values),) = _pairs([args.rows_of], "--rows-of")
+        stimulus, _, answer = values.partition(",")
+        shape["rows_of"] = {"column": column, "stimulus": stimulus, "answer": answer}
+    return shape | ({"header": False} if args.no_header else {})
 
 
 def _pairs(given: Sequence[str], option: str) -> list[tuple[str, str]]:

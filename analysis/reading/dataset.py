@@ -69,6 +69,8 @@ class Dataset:
         Problems found, one sentence each.
     sources : tuple of Source
         All files that were read.
+    left_out : tuple of str
+        Names of files that could not be read, although others could.
     folder : Path or None
         The data set folder; None for a single table.
     quantity : Quantity
@@ -90,6 +92,7 @@ class Dataset:
     journal_differences: tuple[str, ...] | None = None
     problems: tuple[str, ...] = ()
     sources: tuple[Source, ...] = ()
+    left_out: tuple[str, ...] = ()
     folder: Path | None = None
     quantity: Quantity = PLATE_AMPLITUDE
     study_text: str = ""

@@ -6,10 +6,12 @@ joined and parsed together.
 
 from __future__ import annotations
 
+import csv
 import hashlib
 import io
 import json
 import shlex
+import sys
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from difflib import get_close_matches
@@ -28,7 +30,7 @@ from slipscale.faults import UserError
 from slipscale.faults.message import joined
 from slipscale.faults.toml_lines import Lines as TomlLines
 from slipscale.faults.validation import faults_in, sentences
-from slipscale.stimuli.level_names import UNKNOWN, Names
+from slipscale.stimuli.level_names import UNKNOWN
 from slipscale.stimuli.quantity import PLATE_AMPLITUDE, Quantity
 from slipscale.stimuli.quantity_table import QuantityTable
 
@@ -48,6 +50,8 @@ LIKELY = {
     "stimulus": ("amplitude", "stimulus", "intensity", "level", "pressure", "frequency"),
     "response": ("estimate", "response", "rating", "answer", "magnitude", ".resp", "judg"),
 }
+#: Path that stands for standard input.
+STANDARD_INPUT = Path("-")
 #: Number of bytes to parse at once.
 PART_BYTES = 8_000_000
 #: Numeric column types, which may differ between parts of a table.
@@ -94,8 +98,10 @@ class Source:
 
 
 def read_bytes(path: Path, most: int = -1) -> bytes:
-    """Read a file, or its first ``most`` bytes; raise UserError if this fails."""
+    """Read a file or standard input, or the first ``most`` bytes; raise UserError if this fails."""
     try:
+        if path == STANDARD_INPUT:
+            return sys.stdin.buffer.read(most)
         with path.open("rb") as file:
             return file.read(most)
     except OSError as error:
@@ -123,7 +129,6 @@ def read_tables(
     required: Sequence[str] = (),
     columns: Sequence[str] = (),
     problems: Problems | None = None,
-    foreign: bool = False,
 ) -> tuple[pd.DataFrame, list[Source]]:
     """Read tables of one kind into a single frame.
 
@@ -142,8 +147,6 @@ def read_tables(
         count as missing in the given columns, except in `TEXT`.
     problems : Problems, optional
         Collects notes on omitted lines: empty lines and repeated headers between rows.
-    foreign : bool
-        Whether columns have the names in the files. By default, they have the names in the code.
 
     Returns
     -------
@@ -166,10 +169,8 @@ def read_tables(
         content, source = read_source(path, root)
         sources.append(source)
         lines = split(content, path, separator)
-        in_names, in_files = Names(str), Names(str)
-        if not foreign:
-            quantity = quantity_of(path)
-            in_names, in_files = quantity.in_code, quantity.in_file
+        quantity = quantity_of(path)
+        in_names, in_files = quantity.in_code, quantity.in_file
         if lines.names not in checked:
             check_names(lines.names, path, [in_files[name] for name in required])
             checked.add(lines.names)
@@ -192,6 +193,12 @@ def read_tables(
     if len(frames) > 1:
         everything = everything.sort_values(["file", "line"], ignore_index=True)
     return everything, sources
+
+
+def header_of(path: Path) -> list[str]:
+    """Return the names of a TSV file's columns, as in the file."""
+    with path.open(encoding="utf-8-sig", errors="replace", newline="") as stream:
+        return next(csv.reader(stream, delimiter="\t"), [])
 
 
 def quantity_of(path: Path) -> Quantity:
@@ -313,6 +320,11 @@ def _command(names: Sequence[str], path: Path) -> str:
     return shlex.join(["slipscale", "analyse", path.name, *options, "--map"])
 
 
+def filled(names: Sequence[str]) -> list[str]:
+    """Return the names of columns, with a name for each column that has none."""
+    return [name or f"unnamed {place}" for place, name in enumerate(names)]
+
+
 def _cut(names: Sequence[str]) -> str:
     """Join column names for a message, and truncate long lists."""
     listed = ", ".join(" ".join(name.split()) for name in names if name) or "no names"
@@ -334,7 +346,7 @@ def parse(
     Columns in ``words`` and ``as_written`` are read as text. In ``words``, only empty cells and the
     BIDS code for missing values count as missing.
     """
-    names = [name or f"unnamed {place}" for place, name in enumerate(lines.names)]
+    names = filled(lines.names)
     missing = {name: NOT_AVAILABLE if name in columns else MISSING for name in names}
     missing |= dict.fromkeys(words, MISSING)
     try:

@@ -62,8 +62,8 @@ def title(found: TaskThresholds, quantity: Quantity) -> str:
     'Difference threshold by oddity at 1.2 µm'
     """
     if found.method == COMPARED:
-        standard = quantity.value(found.standard_level or 0)
-        return task_name(f"Constant stimuli around {standard}", found.task)
+        around = "" if found.standard_level is None else quantity.value(found.standard_level)
+        return task_name(f"Constant stimuli{around and ' around '}{around}", found.task)
     if found.standard_level is None:
         return task_name("Detection threshold", found.task)
     by = "" if METHODS[found.method].by_magnitude else " by oddity"
@@ -115,7 +115,8 @@ def averaged(found: TaskThresholds) -> str:
 def _pooled(found: TaskThresholds, confidence: float, quantity: Quantity) -> str:
     what = f"{title(found, quantity)}{averaged(found)}"
     if isinstance(found.population, NotComputed):
-        return f"{what}: no population threshold was computed ({found.population.reason})."
+        own = _own(found, confidence, quantity) if len(found.participants) == 1 else ""
+        return f"{what}: {own}no population threshold was computed ({found.population.reason})."
     threshold = found.population.threshold_level
     curve = CURVES[found.curve]
     axis = "logarithmic" if curve.logarithmic else "linear"
@@ -125,6 +126,12 @@ def _pooled(found: TaskThresholds, confidence: float, quantity: Quantity) -> str
         f"{bracketed(threshold.interval, significant)}, "
         f"{MEANT[found.method][1].format(n=found.population.n, q=quantity)}"
     )
+    half = found.population.half_width_level
+    if found.standard_level is None and found.method == COMPARED and half:
+        text += (
+            f"; just noticeable difference {quantity.value(significant(half.value))}, CI "
+            f"{bracketed(half.interval, significant)}"
+        )
     if found.weber_fraction:
         weber = found.weber_fraction
         text += (
@@ -132,6 +139,22 @@ def _pooled(found: TaskThresholds, confidence: float, quantity: Quantity) -> str
             f"{bracketed(weber.interval, lambda value: unit_number(value, 3))}"
         )
     return f"{text} ({curve.title}, {axis} axis)."
+
+
+def _own(found: TaskThresholds, confidence: float, quantity: Quantity) -> str:
+    """Return the threshold and slope of the only participant, or why there is none."""
+    (person,) = found.participants
+    function = person.function
+    if isinstance(function, NotComputed):
+        return f"no function was fitted for {person.participant} ({function.reason}); "
+    ends = bracketed(function.threshold_level.interval, significant)
+    what = "point of subjective equality" if found.method == COMPARED else "threshold"
+    return (
+        f"{what} of {person.participant} "
+        f"{quantity.with_convention(significant(function.threshold_level.value))}, "
+        f"{level_of(confidence)} CI {ends}; slope {significant(function.slope_value)} "
+        f"({CURVES[found.curve].title}, {person.trials} answers); "
+    )
 
 
 def doubts(task: TaskThresholds, _confidence: float, quantity: Quantity) -> list[str]:

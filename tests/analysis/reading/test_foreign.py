@@ -209,18 +209,24 @@ def test_what_map_writes_is_what_load_reads(tmp_path):
 @pytest.mark.parametrize(
     "table,words",
     [
-        ({"columns": {"participant": "a"}}, "columns for the stimulus and for the response"),
+        (
+            {"columns": {"participant": "a"}},
+            "needs --stimulus and --response .*found --participant",
+        ),
         ({"columns": {"participant": "a", "stimulus": "a", "response": "b"}}, "a is used twice"),
         (
             {"columns": {"participant": "a", "stimulus": "s", "response": "b", "reference": "c"}},
-            "a reference requires a column of answers",
+            "estimates needs --stimulus and --response .*--reference",
         ),
-        ({"columns": {"participant": "a", "response": "b"}, "levels": {"x": 1}}, "either levels"),
+        (
+            {"columns": {"participant": "a", "response": "b"}, "levels": {"x": 1}},
+            "wide table needs --levels.*found --participant, --response",
+        ),
         (
             {"columns": {"participant": "a"}, "levels": {"x": 1, "y": 1}},
             "a different level for each",
         ),
-        ({"columns": {"participant": "a"}, "levels": {"x": -1}}, "expected 0"),
+        ({"columns": {"participant": "a"}, "levels": {"x": -1e200}}, "expected -1e\\+100 or more"),
         ({"column": {}}, "unknown key"),
     ],
 )
