@@ -51,7 +51,7 @@ from tests.support.emulator_process import EmulatorProcess
 
 if TYPE_CHECKING:
     from multiprocessing.connection import Connection
-    from multiprocessing.context import ForkServerContext
+    from multiprocessing.context import ForkServerContext, ForkServerProcess
 
 ALLOWED_S = 1.0
 PATIENCE_S = 20.0
@@ -108,20 +108,20 @@ def session(
                     print(len(taken))
 
 
-def _killed(process: mp.Process, _on: Connection, _terminal: int) -> None:
+def _killed(process: ForkServerProcess, _on: Connection, _terminal: int) -> None:
     os.kill(process.pid or 0, signal.SIGKILL)
 
 
-def _stopped(process: mp.Process, _on: Connection, _terminal: int) -> None:
+def _stopped(process: ForkServerProcess, _on: Connection, _terminal: int) -> None:
     os.kill(process.pid or 0, signal.SIGSTOP)
 
 
-def _without_memory(process: mp.Process, on: Connection, _terminal: int) -> None:
+def _without_memory(process: ForkServerProcess, on: Connection, _terminal: int) -> None:
     on.send(True)
     process.join(PATIENCE_S)
 
 
-def _without_terminal(_process: mp.Process, _on: Connection, terminal: int) -> None:
+def _without_terminal(_process: ForkServerProcess, _on: Connection, terminal: int) -> None:
     os.close(terminal)
 
 
