@@ -137,13 +137,8 @@ KINDS = {each.__name__: each for each in WRONG}
 
 
 def on_a_bench(kind, **limits):
-    # A finger raises the voltage, so that it reaches the limit.
-    finger = (
-        FingerLoad(loss=1 / 300)
-        if FOUND_BY.get(kind.__name__, "").startswith("the drive")
-        else NO_FINGER
-    )
-    board = kind(Twin(finger=finger), boot=1)
+    loaded = kind is DoubledLimit  # A finger raises the voltage to its limit.
+    board = kind(Twin(finger=FingerLoad(loss=1 / 300) if loaded else NO_FINGER), boot=1)
     board.limits = replace(board.limits, **limits)
     line = VirtualLine(board)
     bench = Bench(line, line, long=True)
