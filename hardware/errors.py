@@ -198,7 +198,7 @@ class NotReached(PlateFault):
 
     code = "not_reached"
     remedy = (
-        "Check that the amplifier is on, and ask the participant to press less hard. If this does "
+        "Check that the amplifier is on, and that no other program drives the plate. If this does "
         "not help, lower the study's largest amplitude or recalibrate: the drive may have reached "
         "its highest voltage."
     )

@@ -112,6 +112,7 @@ class DaqOutput(PlateDriver):
         self._sine, self._cosine = np.sin(phase), np.cos(phase)
         self.attention_s = options.get("attention", self.attention_s)
         emulated = channel.startswith(EMULATED_DEVICE)
+        self.instrument = "" if emulated else channel
         self.unattended = (
             StopsAlone("the device is emulated by this process")
             if emulated

@@ -123,6 +123,7 @@ class FunctionGenerator(PlateDriver):
             line.relay = self._ask_guard
             held = partial(GuardedGenerator, line.resource, channel, dialect)
             self.unattended = Guarded(held)
+            self.instrument = f"{line.resource}, channel {channel}"
         wired = plate_file.wiring.amplifier_gain if plate_file else None
         self.amplifier_gain = agreed_gain(
             amplifier_gain,

@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any, Protocol
 
-from slipscale.hardware.errors import ConnectionLost, PlateNotFound, PlateTimeout
+from slipscale.hardware.errors import ConnectionLost, PlateBusy, PlateNotFound, PlateTimeout
 
 TIMEOUT_MS = 1_000
 BAUD = 115_200  # if the resource is a serial port
@@ -121,6 +121,21 @@ class GeneratorLine:
                 write_termination="\n",
                 **serial,
             )
+            self._lock(self._instrument)
+
+    def _lock(self, instrument: Any) -> None:
+        """Lock the instrument against other computers, if it supports locks. Raises `PlateBusy`."""
+        from pyvisa.constants import StatusCode
+        from pyvisa.errors import VisaIOError
+
+        try:
+            instrument.lock_excl(timeout=TIMEOUT_MS)
+        except VisaIOError as error:
+            if error.error_code == StatusCode.error_resource_locked:
+                self.release()
+                raise PlateBusy(
+                    "{resource}: another program has locked it", resource=self.resource
+                ) from error
 
     def release(self) -> None:
         """Release the resource."""

@@ -46,6 +46,8 @@ class Guard:
         Function that returns the `Switch` in the guard process; it must be possible to pickle it.
     attention_s : float
         Time without `attend` after which the heartbeats stop; 0 means never.
+    keeps : tuple of int
+        File descriptors that the guard inherits, except on Windows.
 
     Raises
     ------
@@ -53,22 +55,27 @@ class Guard:
         If the process does not start.
     """
 
-    def __init__(self, opens: Callable[[], Switch], *, attention_s: float) -> None:
+    def __init__(
+        self, opens: Callable[[], Switch], *, attention_s: float, keeps: tuple[int, ...] = ()
+    ) -> None:
         self._attention_s = attention_s
         self._attended_s = time.monotonic()
         self._armed = False
+        self._tries = False  # It still tries to switch the output off after `end`.
         self._tripped_s = 0.0
         self._number = 0
         self._answers: SimpleQueue[dict[str, Any]] = SimpleQueue()
         self._writing = Lock()
         self._over = Event()
         # Without -P, a file of the current folder could replace the package.
-        self._process = subprocess.Popen(  # noqa: S603 - our own module
+        inherited: dict[str, Any] = {} if sys.platform == "win32" else {"pass_fds": keeps}
+        self._process: subprocess.Popen[bytes] = subprocess.Popen(  # noqa: S603 - our own module
             [sys.executable, "-P", "-m", MODULE],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=subprocess.DEVNULL,
             **DETACHED,
+            **inherited,
         )
         self._send(pickle.dumps(opens).hex().encode())
         Thread(target=self._read, args=(self._process.stdout,), daemon=True).start()
@@ -83,7 +90,7 @@ class Guard:
     @property
     def ended(self) -> bool:
         """Whether the guard process has ended."""
-        return self._process.poll() is not None
+        return not self._tries and self._process.poll() is not None
 
     def attend(self) -> None:
         """Record that the session is alive."""
@@ -120,13 +127,13 @@ class Guard:
     def end(self, *, confirmed_off: bool) -> None:
         """End the guard; unless the output is confirmed off, the guard first switches it off."""
         self._over.set()
-        tries = self._armed and not confirmed_off
+        self._tries = self._armed and not confirmed_off
         with suppress(ConnectionLost, OSError):
-            if not tries:
+            if not self._tries:
                 self._send(END)
             with self._writing:
                 self._pipe.close()
-        if tries:  # It may try for minutes, so nobody waits for it.
+        if self._tries:  # It may try for minutes, so nobody waits for it.
             self._process.returncode = 0
             return
         try:

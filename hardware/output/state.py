@@ -33,6 +33,7 @@ from slipscale.hardware.clock import Clock
 from slipscale.hardware.errors import ConnectionLost, Frozen, OverLimit, PlateFault, StillVibrating
 from slipscale.hardware.limits import OnTime, PlateLimits
 from slipscale.hardware.output import guard as guards
+from slipscale.hardware.output.instrument_lock import InstrumentLock
 from slipscale.hardware.output.unattended import Guarded, Unattended, Unguarded
 from slipscale.hardware.records import Output
 
@@ -52,6 +53,9 @@ class GuardedOutput(ABC):
 
     Attributes
     ----------
+    instrument : str
+        Name of the instrument, which only one process drives at a time
+        (`slipscale.hardware.output.instrument_lock`); "" if it needs no lock.
     unattended : Unattended
         What happens to the output when this process is killed or frozen.
     interlock : str
@@ -65,6 +69,7 @@ class GuardedOutput(ABC):
     """
 
     name: ClassVar[str]
+    instrument: str = ""
     unattended: Unattended = Unguarded("the backend declares no guard")
     interlock: str = ""
     attention_s: float = ATTENTION_S
@@ -74,6 +79,7 @@ class GuardedOutput(ABC):
         self.clock = clock
         self.limits = limits
         self._guard: guards.Guard | None = None
+        self._lock: InstrumentLock | None = None
         self._known_state = Output.UNREACHABLE
         self._opened = False  # between `_connect` and `_close`
         self._seen_s = 0.0  # time of the last sign of life, see `_lived_s`
@@ -92,12 +98,17 @@ class GuardedOutput(ABC):
             self._guard.arm(state is Output.MAY_BE_ON)
 
     def _start_guard(self) -> None:
-        """Start the guard that the backend declares, in place of an earlier one."""
+        """Lock the instrument, and start the backend's guard in place of an earlier one."""
         if self._guard is not None:
             self._guard.kill()
             self._guard = None
+        if self.instrument and self._lock is None:
+            self._lock = InstrumentLock(self.instrument)
         if isinstance(self.unattended, Guarded):
-            self._guard = guards.Guard(self.unattended.opens, attention_s=self.attention_s)
+            keeps = (self._lock.descriptor,) if self._lock else ()
+            self._guard = guards.Guard(
+                self.unattended.opens, attention_s=self.attention_s, keeps=keeps
+            )
             if self._opened and self.output is not Output.OFF:
                 self._guard.arm(True)
 
@@ -162,7 +173,10 @@ class GuardedOutput(ABC):
                 self._close()
             if self._guard is not None:
                 self._guard.end(confirmed_off=confirmed_off)
-                self._guard = None if confirmed_off else self._guard
+                self._guard = None if self._guard.ended else self._guard
+            if self._lock is not None:
+                self._lock.release(shared=self._guard is not None)
+                self._lock = None
 
     @contextmanager
     def _commanding(self, *, vibrates: bool) -> Iterator[None]:

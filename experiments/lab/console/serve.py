@@ -20,9 +20,9 @@ from uvicorn.protocols.http.h11_impl import H11Protocol
 
 from slipscale.experiments.lab.console.app import Console, make_app
 from slipscale.experiments.lab.console.jobs import Jobs
-from slipscale.experiments.lab.console.private_folder import private_folder, write_private
 from slipscale.experiments.lab.console.security import TO_THE_PAGES, Access
 from slipscale.faults import UserError
+from slipscale.faults.private_folder import private_folder, write_private
 
 PORT = 8470
 CERTIFICATE_DAYS = "30"

@@ -22,6 +22,7 @@ from __future__ import annotations
 from collections.abc import Callable, Collection
 from dataclasses import replace
 from functools import partial
+from pathlib import Path
 from statistics import fmean
 from typing import TYPE_CHECKING, TypeVar
 
@@ -113,6 +114,8 @@ class SerialBoard(PlateDriver):
     ) -> None:
         super().__init__(clock=clock, limits=limits, calibration=calibration, plate_file=plate_file)
         self.port = port
+        # Elsewhere, ports have no path, and the system opens them only once.
+        self.instrument = str(Path(port).resolve()) if Path(port).exists() else ""
         self.watchdog_s: float | None = None
         self.attention_s = attention_s
         self._host = host or computers.SystemHost()

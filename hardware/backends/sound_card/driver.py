@@ -160,6 +160,7 @@ class SoundCard(PlateDriver):
             voltage_v=drive_of_level.largest_v_peak(self.limits),
         )
         self.device: str | int = int(device) if device.isdecimal() else device
+        self.instrument = f"sound device {device}, channel {channel}"
         self._channel = channel
         self.attention_s = attention_s
         self._machine: Clock = SystemClock()

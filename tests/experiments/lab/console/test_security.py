@@ -18,9 +18,9 @@ import pytest
 from slipscale.commands import main
 from slipscale.experiments.lab.console import serve as serving
 from slipscale.experiments.lab.console.presence import Presence
-from slipscale.experiments.lab.console.private_folder import private_folder
 from slipscale.experiments.lab.console.security import LARGEST_BODY, POLICY, Access
 from slipscale.faults import UserError
+from slipscale.faults.private_folder import private_folder
 
 PAGES = ("/", "/live", "/study", "/data", "/pilot", "/events", "/static/console.js")
 BODY = json.dumps({}).encode()
