@@ -44,12 +44,6 @@ NOT_AVAILABLE = (
 #: Columns that contain names and words, including the columns of a codebook.
 TEXT = (*FREE_TEXT, "coder", "category")
 LISTED_PROBLEMS = 12
-#: Typical parts of column names, most likely first, keyed by option of ``slipscale analyse``.
-LIKELY = {
-    "participant": ("participant", "subject", "prolific", "responseid", "worker", "person", "who"),
-    "stimulus": ("amplitude", "stimulus", "intensity", "level", "pressure", "frequency"),
-    "response": ("estimate", "response", "rating", "answer", "magnitude", ".resp", "judg"),
-}
 #: Path that stands for standard input.
 STANDARD_INPUT = Path("-")
 #: Number of bytes to parse at once.
@@ -300,24 +294,14 @@ def check_names(names: Sequence[str], path: Path, required: Sequence[str]) -> No
         nearest = f"Nearest: {', '.join(near)}. " if near else ""
         raise UserError(
             "{path}: no column {missing}; found {columns}. {nearest}Expected at least "
-            "{required}; name your own columns, for example: {command}",
+            "{required}; for a description of the columns and a proposal, run {command}",
             path=path,
             missing=", ".join(missing),
             columns=_cut(names),
             nearest=nearest,
             required=", ".join(required),
-            command=_command(names, path),
+            command=shlex.join(["slipscale", "analyse", str(path)]),
         )
-
-
-def _command(names: Sequence[str], path: Path) -> str:
-    """Return an example command with likely column names, or placeholders where none is found."""
-    options = []
-    for option, likely in LIKELY.items():
-        found = [name for part in likely for name in names if part in name.lower()]
-        found = [name for name in found if name not in options]
-        options += [f"--{option}", found[0] if found else option.upper()]
-    return shlex.join(["slipscale", "analyse", path.name, *options, "--map"])
 
 
 def filled(names: Sequence[str]) -> list[str]:

@@ -36,7 +36,8 @@ LAYOUTS = {
     "several files": (
         (
             "without_id/s01.csv without_id/s02.csv without_id/s03.csv without_id/s04.csv "
-            "without_id/s05.csv without_id/s06.csv --participant-from-name ^(s\\d+) --stimulus level "
+            "without_id/s05.csv without_id/s06.csv --participant-from-name ^(s\\d+) "
+            "--stimulus level "
             "--answer correct --alternatives 2"
         ),
         False,
