@@ -10,7 +10,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from slipscale.analysis.cli.mapping_arguments import COLUMN_OPTIONS, add_mapping
+from slipscale.analysis.cli.mapping_arguments import add_mapping, mapping_from
 from slipscale.analysis.cli.progress_line import add_steps, telling
 from slipscale.experiments.lab.defaults import dataset_default, here, say
 from slipscale.faults import ANSWER_IS_NO, DONE, harmless
@@ -112,7 +112,6 @@ def paths_of(args: Namespace) -> list[Path]:
 
 def analysed(args: Namespace, progress: Callable[[str], None]) -> Analysis:
     """Read and analyse the data specified by the options."""
-    from slipscale.analysis.cli.mapping_options import mapping_from
     from slipscale.analysis.load import load
     from slipscale.analysis.pipeline import analyse
     from slipscale.analysis.preprocessing.sessions import only_session
@@ -183,10 +182,10 @@ def run_analyse(args: Namespace) -> int:
 
 def held_against(bundle: Bundle, analysis: Analysis, args: Namespace) -> Analysis:
     """Compare an analysis with a frozen plan; return the analysis with its deviations."""
-    from slipscale.analysis.cli.mapping_options import OTHERS
     from slipscale.analysis.preregistration.check import check_plan
+    from slipscale.analysis.reading.meaning import MEANINGS
 
-    named = (*COLUMN_OPTIONS, "in_session", "task", *OTHERS)
+    named = ("in_session", "task", *MEANINGS)
     given = [f"--{name.replace('_', '-')}" for name in named if getattr(args, name)]
     return replace(analysis, plan=check_plan(bundle, analysis, given))
 

@@ -3,8 +3,12 @@
 from __future__ import annotations
 
 from argparse import Action, ArgumentParser, Namespace
+from typing import TYPE_CHECKING
 
 from slipscale.faults import UserError
+
+if TYPE_CHECKING:
+    from slipscale.analysis.reading.mapping import TableMapping
 
 #: Options that specify the columns of a table: option -> metavar, help text.
 COLUMN_OPTIONS = {
@@ -148,3 +152,25 @@ def add_mapping(parser: ArgumentParser) -> None:
         action="store_true",
         help=("save these options in analysis.toml next to the table"),
     )
+
+
+def mapping_from(args: Namespace) -> TableMapping | None:
+    """Return the mapping that the options define, or None if no such option is given.
+
+    Raises
+    ------
+    UserError
+        If the options contradict each other.
+    """
+    from slipscale.analysis.reading.meaning import MEANINGS, mapping_of
+
+    given = {
+        name: value
+        for name in MEANINGS
+        if (value := getattr(args, name)) is not None and value is not False
+    }
+    if not given and args.map:
+        raise UserError(
+            "--map: requires options that name the columns, such as --participant and --stimulus"
+        )
+    return mapping_of(given) if given else None

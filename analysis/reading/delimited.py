@@ -11,8 +11,9 @@ import hashlib
 import io
 import json
 import shlex
-import sys
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from contextvars import ContextVar
 from dataclasses import dataclass, field
 from difflib import get_close_matches
 from pathlib import Path
@@ -46,6 +47,8 @@ TEXT = (*FREE_TEXT, "coder", "category")
 LISTED_PROBLEMS = 12
 #: Path that stands for standard input.
 STANDARD_INPUT = Path("-")
+#: Contents of tables that are no files, keyed by the path that stands for them.
+_HELD: ContextVar[Mapping[Path, bytes]] = ContextVar("held")
 #: Number of bytes to parse at once.
 PART_BYTES = 8_000_000
 #: Numeric column types, which may differ between parts of a table.
@@ -91,11 +94,21 @@ class Source:
     sha256: str
 
 
-def read_bytes(path: Path, most: int = -1) -> bytes:
-    """Read a file or standard input, or the first ``most`` bytes; raise UserError if this fails."""
+@contextmanager
+def held(contents: Mapping[Path, bytes]) -> Iterator[None]:
+    """Let paths stand for tables in memory while they are read."""
+    token = _HELD.set(contents)
     try:
-        if path == STANDARD_INPUT:
-            return sys.stdin.buffer.read(most)
+        yield
+    finally:
+        _HELD.reset(token)
+
+
+def read_bytes(path: Path, most: int = -1) -> bytes:
+    """Read a file or a held table, or its first ``most`` bytes; raise UserError if this fails."""
+    if (content := _HELD.get({}).get(path)) is not None:
+        return content if most < 0 else content[:most]
+    try:
         with path.open("rb") as file:
             return file.read(most)
     except OSError as error:
