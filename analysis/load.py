@@ -7,6 +7,7 @@ voided and unanswered trials are counted, and invalid cells are reported with fi
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -24,7 +25,7 @@ from slipscale.analysis.reading.cleaning import (
     in_order,
 )
 from slipscale.analysis.reading.dataset import Dataset
-from slipscale.analysis.reading.delimited import STANDARD_INPUT, Problems
+from slipscale.analysis.reading.delimited import STANDARD_INPUT, Problems, held
 from slipscale.analysis.reading.foreign.columns import GROUP
 from slipscale.analysis.reading.foreign.files import chosen
 from slipscale.analysis.reading.foreign.layouts.layout import DIFFERENCES, ESTIMATES
@@ -39,6 +40,7 @@ from slipscale.analysis.reading.labelled_tasks import (
     with_people,
 )
 from slipscale.analysis.reading.mapping import NAME, TableMapping, beside
+from slipscale.analysis.reading.meaning import mapping_of
 from slipscale.analysis.reading.suspicions import notes_on_answers
 from slipscale.analysis.reading.table_by_hand import read_table
 from slipscale.analysis.reading.trial_tables import BLOCK, ESTIMATION, IDENTITY, factor_columns
@@ -58,17 +60,24 @@ from slipscale.stimuli.quantity import AMPLITUDE_DECIMALS, PLATE_AMPLITUDE, Quan
 RULE = "normalisation"
 
 
+#: A data set folder, a table, several tables or a DataFrame.
+Data = str | Path | pd.DataFrame | Sequence[str | Path]
+#: Path that stands for a DataFrame.
+IN_MEMORY = Path("DataFrame")
+
+
 def load(
-    path: str | Path | Sequence[str | Path],
+    path: Data,
     mapping: TableMapping | None = None,
     *,
     task: str | None = None,
+    **columns: object,
 ) -> Dataset:
-    """Read a data set folder, a table, or several tables with the same columns.
+    """Read a data set folder, a table, several tables with the same columns, or a DataFrame.
 
     Parameters
     ----------
-    path : str or Path, or sequence of them
+    path : str or Path, sequence of them, or DataFrame
         A data set folder, or tables in text files or files of other programs, or a folder of them.
         ``-`` is standard input.
     mapping : TableMapping, optional
@@ -79,6 +88,10 @@ def load(
         Task label, for data sets with several labels for magnitude estimation or descending
         difference. The default is the protocol's own label or, if it is absent, the
         alphabetically first label. A folder that is read with ``mapping`` has no default.
+    **columns
+        Meaning of the columns, with the names of the options of ``slipscale analyse``, instead of a
+        mapping: ``participant="who", stimulus="level:mm", answer="correct", alternatives=2``; see
+        `slipscale.analysis.reading.meaning.mapping_of`.
 
     Raises
     ------
@@ -86,12 +99,33 @@ def load(
         If there is nothing to analyse, a file cannot be read, a column is missing, or the data set
         mixes pilots with participants.
     """
+    if columns:
+        mapping = mapping_of(columns)
+    contents: dict[Path, bytes] = {}
+    if isinstance(path, pd.DataFrame):
+        # The index is a column if it has a name, as after grouping.
+        contents[IN_MEMORY] = path.to_csv(index=path.index.names != [None]).encode()
+        mapping = mapping or TableMapping()
+        points = mapping.table.model_copy(update={"decimal": "."})
+        mapping, path = mapping.model_copy(update={"table": points}), IN_MEMORY
     places = _places(path)
+    if STANDARD_INPUT in places:
+        contents[STANDARD_INPUT] = sys.stdin.buffer.read()
+    with held(contents):
+        return _loaded(places, mapping, task, contents)
+
+
+def _loaded(
+    places: Sequence[Path],
+    mapping: TableMapping | None,
+    task: str | None,
+    contents: Mapping[Path, bytes],
+) -> Dataset:
     where = places[0]
     for each in places:
         if each.exists():
             refuse_results(each)
-        elif each != STANDARD_INPUT:
+        elif each not in contents:
             raise UserError(
                 "{where}: no such file or folder; expected a data set, or a table", where=each
             )

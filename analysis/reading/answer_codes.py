@@ -16,11 +16,11 @@ import re
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
 import pandas as pd
 
 from slipscale.analysis.reading.cells import cell
 from slipscale.analysis.reading.delimited import NOT_AVAILABLE, Problems, Source
+from slipscale.analysis.reading.programs.records import as_text
 from slipscale.faults import UserError
 
 if TYPE_CHECKING:
@@ -105,15 +105,9 @@ def _code(text: str) -> str:
 
 def codes_of(cells: pd.Series[Any]) -> pd.Series[Any]:
     """Normalise cells for comparison: lower case, and whole numbers without decimals."""
-    text = cells.astype("object").map(
-        lambda value: (
-            f"{value:g}"
-            if isinstance(value, int | float) and not isinstance(value, bool)
-            else _code(str(value))
-        )
-    )
-    missing = cells.isna() | text.isin({*(word.lower() for word in NOT_AVAILABLE), "", "nan"})
-    return text.mask(missing, np.nan)
+    missing = {*(word.lower() for word in NOT_AVAILABLE), "nan"}
+    codes = {value: _code(as_text(value) or "") for value in cells.dropna().unique()}
+    return cells.map({value: code for value, code in codes.items() if code not in missing})
 
 
 def _meaning(

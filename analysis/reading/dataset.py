@@ -130,6 +130,28 @@ class Dataset:
         tasks = (self.answers, self.differences, *self.trials.values(), *self.others.values())
         return {str(who) for rows in tasks for who in rows[PARTICIPANT].unique()}
 
+    @property
+    def rows(self) -> pd.DataFrame:
+        """The trials of the data set's first task, in the order of `tables`."""
+        tables = [rows for name, rows in self.tables.items() if name != "answers"]
+        return next((rows for rows in tables if len(rows)), self.estimates)
+
+    def __len__(self) -> int:
+        """Return the number of trials of all tasks."""
+        return sum(len(rows) for name, rows in self.tables.items() if name != "answers")
+
+    def __bool__(self) -> bool:
+        """Return True, also for a data set without trials."""
+        return True
+
+    def __getitem__(self, column: str) -> pd.Series[Any]:
+        """Return a column of `rows`."""
+        return self.rows[column]
+
+    def head(self, rows: int = 5) -> pd.DataFrame:
+        """Return the first of the `rows`."""
+        return self.rows.head(rows)
+
     def __repr__(self) -> str:
         """Summarise the data set in one line: name, mode, and numbers of people and trials."""
         trials = {name: len(rows) for name, rows in self.tables.items() if name != "answers"}

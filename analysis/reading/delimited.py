@@ -11,8 +11,9 @@ import hashlib
 import io
 import json
 import shlex
-import sys
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from contextvars import ContextVar
 from dataclasses import dataclass, field
 from difflib import get_close_matches
 from pathlib import Path
@@ -44,14 +45,10 @@ NOT_AVAILABLE = (
 #: Columns that contain names and words, including the columns of a codebook.
 TEXT = (*FREE_TEXT, "coder", "category")
 LISTED_PROBLEMS = 12
-#: Typical parts of column names, most likely first, keyed by option of ``slipscale analyse``.
-LIKELY = {
-    "participant": ("participant", "subject", "prolific", "responseid", "worker", "person", "who"),
-    "stimulus": ("amplitude", "stimulus", "intensity", "level", "pressure", "frequency"),
-    "response": ("estimate", "response", "rating", "answer", "magnitude", ".resp", "judg"),
-}
 #: Path that stands for standard input.
 STANDARD_INPUT = Path("-")
+#: Contents of tables that are no files, keyed by the path that stands for them.
+_HELD: ContextVar[Mapping[Path, bytes]] = ContextVar("held")
 #: Number of bytes to parse at once.
 PART_BYTES = 8_000_000
 #: Numeric column types, which may differ between parts of a table.
@@ -97,11 +94,21 @@ class Source:
     sha256: str
 
 
-def read_bytes(path: Path, most: int = -1) -> bytes:
-    """Read a file or standard input, or the first ``most`` bytes; raise UserError if this fails."""
+@contextmanager
+def held(contents: Mapping[Path, bytes]) -> Iterator[None]:
+    """Let paths stand for tables in memory while they are read."""
+    token = _HELD.set(contents)
     try:
-        if path == STANDARD_INPUT:
-            return sys.stdin.buffer.read(most)
+        yield
+    finally:
+        _HELD.reset(token)
+
+
+def read_bytes(path: Path, most: int = -1) -> bytes:
+    """Read a file or a held table, or its first ``most`` bytes; raise UserError if this fails."""
+    if (content := _HELD.get({}).get(path)) is not None:
+        return content if most < 0 else content[:most]
+    try:
         with path.open("rb") as file:
             return file.read(most)
     except OSError as error:
@@ -300,24 +307,14 @@ def check_names(names: Sequence[str], path: Path, required: Sequence[str]) -> No
         nearest = f"Nearest: {', '.join(near)}. " if near else ""
         raise UserError(
             "{path}: no column {missing}; found {columns}. {nearest}Expected at least "
-            "{required}; name your own columns, for example: {command}",
+            "{required}; for a description of the columns and a proposal, run {command}",
             path=path,
             missing=", ".join(missing),
             columns=_cut(names),
             nearest=nearest,
             required=", ".join(required),
-            command=_command(names, path),
+            command=shlex.join(["slipscale", "analyse", str(path)]),
         )
-
-
-def _command(names: Sequence[str], path: Path) -> str:
-    """Return an example command with likely column names, or placeholders where none is found."""
-    options = []
-    for option, likely in LIKELY.items():
-        found = [name for part in likely for name in names if part in name.lower()]
-        found = [name for name in found if name not in options]
-        options += [f"--{option}", found[0] if found else option.upper()]
-    return shlex.join(["slipscale", "analyse", path.name, *options, "--map"])
 
 
 def filled(names: Sequence[str]) -> list[str]:

@@ -190,7 +190,7 @@ def _tables(
         elif any(visible(path, "sub-*/**/sub-*.tsv")):
             return _of_bids(path, mapping, problems, task)
         else:
-            found += _in_folder(path, problems)
+            found += in_folder(path, problems)
     if pattern is not None:
         labels = people_in_names(found, pattern)
         if "participant" in columns:
@@ -212,7 +212,7 @@ def _tables(
     return [Table(only, {PARTICIPANT: "participant" if only == STANDARD_INPUT else only.stem})]
 
 
-def _in_folder(folder: Path, problems: Problems) -> list[Path]:
+def in_folder(folder: Path, problems: Problems) -> list[Path]:
     """Return the tables in a folder and its subfolders, except results of Slipscale."""
     paths = [
         path

@@ -10,7 +10,7 @@ import pytest
 
 from slipscale import commands
 from slipscale.analysis.cli.analyse import add_analyse
-from slipscale.analysis.cli.mapping_options import mapping_from
+from slipscale.analysis.cli.mapping_arguments import mapping_from
 from slipscale.analysis.load import load
 from slipscale.faults import UserError
 

@@ -10,7 +10,7 @@ import pytest
 from scipy.io import savemat
 
 from slipscale.analysis.cli.analyse import add_analyse, paths_of
-from slipscale.analysis.cli.mapping_options import mapping_from
+from slipscale.analysis.cli.mapping_arguments import mapping_from
 from slipscale.analysis.load import load
 from slipscale.analysis.tasks.scales.statistics import scales
 from slipscale.analysis.tasks.thresholds.statistics import thresholds

@@ -1,17 +1,18 @@
-"""Convert the column options of ``slipscale analyse`` to a table mapping."""
+"""Convert what options or keywords state about a table to its mapping."""
 
 from __future__ import annotations
 
 import re
-from argparse import Namespace
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
 
 from slipscale.analysis.reading.mapping import Columns, TableMapping, parse_mapping
 from slipscale.faults import UserError
 
 ANSWERS = ("yes", "no", "missing", "alternatives")
 SHAPE = ("participant_from_name", "people_in_columns", "matrix", "quadruple", "triad", "rows_of")
-OTHERS = ("in_unit", "levels", "only", "decimal", "sheet", "no_header", *ANSWERS, *SHAPE)
+CELLS = ("only", "decimal", "sheet")
+#: Everything that can be stated about a table, with the names of the options.
+MEANINGS = (*Columns.model_fields, "in_unit", "levels", *CELLS, "no_header", *ANSWERS, *SHAPE)
 NUMBER_AT_END = re.compile(r"(?:\d+(?:[.,]\d+)?|[.,]\d+)$")
 #: Ends of the text before a number that may be part of the number: -20, 1e-3, 1.2.3, 0_5.
 UNCLEAR_BEFORE = re.compile(r"(?:[-+−.,]|\d[eE]|\d[_ ])$")
@@ -19,65 +20,81 @@ UNCLEAR_BEFORE = re.compile(r"(?:[-+−.,]|\d[eE]|\d[_ ])$")
 THOUSANDS = re.compile(r"[1-9]\d{0,2},\d{3}")
 
 
-def mapping_from(args: Namespace) -> TableMapping | None:
-    """Return the column mapping that the options define, or None if no such option is given.
+def mapping_of(given: Mapping[str, object]) -> TableMapping:
+    """Return the mapping for values of `MEANINGS`, as written in options or in Python.
+
+    A stimulus may contain its unit (``"pressure:Pa"``). Levels are a mapping (column -> level) or
+    names with levels (``["p20=20", "p0,5"]``). Rows are selected by a mapping (column -> values) or
+    by ``["column=value"]``.
 
     Raises
     ------
     UserError
-        If the options contradict each other.
+        If a name is unknown, or values contradict each other.
     """
-    given = [name for name in (*Columns.model_fields, *OTHERS) if _stated(getattr(args, name))]
-    if not given:
-        if args.map:
-            raise UserError(
-                "--map: requires options that name the columns, such as --participant and "
-                "--stimulus"
-            )
-        return None
-    columns = {name: value for name in Columns.model_fields if (value := getattr(args, name))}
-    name, colon, unit = columns.get("stimulus", "").rpartition(":")
+    if unknown := [name for name in given if name not in MEANINGS]:
+        raise UserError(
+            "{name}: unknown; expected one of {known}",
+            name=unknown[0],
+            known=", ".join(MEANINGS),
+        )
+    stated = {name: value for name, value in given.items() if value is not None}
+    columns = {name: value for name in Columns.model_fields if (value := stated.get(name))}
+    text = str(columns.get("stimulus", ""))
+    name, colon, unit = text.rpartition(":")
     if not colon:
         name, unit = unit, ""
-    stimulus = {"unit": unit} | ({"in_unit": args.in_unit} if args.in_unit else {})
-    if args.levels or args.people_in_columns:
+    stimulus = {"unit": unit, "in_unit": stated.get("in_unit")}
+    if stated.get("levels") or stated.get("people_in_columns"):
         # These tables have no stimulus column, so the option gives the name of the stimulus.
         columns.pop("stimulus", None)
-        stimulus |= {"name": name} if name else {}
+        stimulus |= {"name": name}
     elif name:
         columns["stimulus"] = name
-    only: dict[str, list[str]] = {}
-    for column, value in _pairs(args.only or (), "--only"):
-        only.setdefault(column, []).append(value)
-    cells = {"only": only, "decimal": args.decimal, "sheet": args.sheet}
-    table = {"table": {key: value for key, value in cells.items() if value}}
-    if any(name not in cells for name in given):
+    cells = {name: stated[name] for name in CELLS if name in stated}
+    if "only" in cells:
+        cells["only"] = _selected(cells["only"])
+    table: dict[str, object] = {"table": cells}
+    if set(stated) - set(CELLS):
         table |= {
             "columns": columns,
             "stimulus": {key: value for key, value in stimulus.items() if value},
-            "shape": _shape(args),
-            "answers": {key: value for key in ANSWERS if (value := getattr(args, key)) is not None},
-            "levels": _levels(args.levels or ()),
+            "answers": {key: stated[key] for key in ANSWERS if key in stated},
+            "levels": _levels(stated.get("levels", ())),
+            "shape": _shape(stated),
         }
     return parse_mapping(table, "options")
 
 
-def _stated(value: object) -> bool:
-    return value is not None and value is not False
-
-
-def _shape(args: Namespace) -> dict[str, object]:
-    shape: dict[str, object] = {
-        name: value for name in SHAPE if _stated(value := getattr(args, name))
-    }
+def _shape(stated: Mapping[str, object]) -> dict[str, object]:
+    shape = {name: stated[name] for name in SHAPE if name in stated}
     for name in ("quadruple", "triad"):
-        if name in shape:
-            shape[name] = [part.strip() for part in getattr(args, name).split(",")]
-    if args.rows_of:
-        ((column, values),) = _pairs([args.rows_of], "--rows-of")
+        if isinstance(text := shape.get(name), str):
+            shape[name] = [part.strip() for part in text.split(",")]
+    if isinstance(text := shape.get("rows_of"), str):
+        ((column, values),) = _pairs([text], "--rows-of")
         stimulus, _, answer = values.partition(",")
         shape["rows_of"] = {"column": column, "stimulus": stimulus, "answer": answer}
-    return shape | ({"header": False} if args.no_header else {})
+    return shape | ({"header": False} if stated.get("no_header") else {})
+
+
+def _selected(given: object) -> object:
+    if isinstance(given, Mapping):
+        return given
+    only: dict[str, list[str]] = {}
+    for column, value in _pairs(_texts(given), "--only"):
+        only.setdefault(column, []).append(value)
+    return only
+
+
+def _texts(given: object) -> list[str]:
+    return (
+        [given]
+        if isinstance(given, str)
+        else list(map(str, given))
+        if isinstance(given, Iterable)
+        else [str(given)]
+    )
 
 
 def _pairs(given: Sequence[str], option: str) -> list[tuple[str, str]]:
@@ -87,9 +104,11 @@ def _pairs(given: Sequence[str], option: str) -> list[tuple[str, str]]:
     return [(column, value) for column, _, value in pairs]
 
 
-def _levels(given: Sequence[str]) -> dict[str, float]:
+def _levels(given: object) -> object:
+    if isinstance(given, Mapping):
+        return given
     found: dict[str, float] = {}
-    for text in given:
+    for text in _texts(given):
         column, sign, value = text.rpartition("=")
         if not sign:
             column, value = text, _number_at_end(text)
