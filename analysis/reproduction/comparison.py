@@ -59,12 +59,12 @@ class Outcome:
         How the computed value was obtained, or why it differs from the published value.
     rule : callable, optional
         Function that returns whether the published and the computed value agree, for statements
-        such as "more than 10". By default, the computed value must round to the published number.
+        such as "> 10". By default, the computed value must round to the published number.
     must_agree : bool
         Whether a disagreement is an error in Slipscale.
     by_construction : bool
-        Whether the computed value depends on the published value, so that agreement is not evidence
-        that the value is correct.
+        Whether agreement is no evidence: the computed value is set to the published one, computed
+        from other numbers in the paper, or restates a definition.
     covers : tuple of str
         Parts of the paper that the item stands for, such as ``"eq.14"`` or ``"fig.5"``.
     exact : int, optional

@@ -1,9 +1,9 @@
 """Compare both sides of equations, as printed.
 
-The value of an item is the relative difference between the printed equation and a separate
-evaluation: quadrature, a numerical derivative or another equation. A value of 0 means that the
-print is right. If the print is wrong, the reason states the correction. Items that only restate a
-definition agree by construction.
+The value of an item is the relative difference between the equation as printed (with its signs,
+factors and units) and a separate evaluation: quadrature, a numerical derivative or differences. A
+value of 0 means that the print is right. If the print is wrong, the reason states the correction.
+Definitions, laws of a material, and identities between our functions agree by construction.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ class Check:
     reason : str
         How the equation was evaluated, or what is wrong in the print.
     definition : bool
-        Whether the equation is a definition, so that both sides agree by construction.
+        Whether both sides agree by construction: a definition, or an identity of our functions.
     also : tuple of int
         Other equations that the same comparison covers.
     """

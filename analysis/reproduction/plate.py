@@ -231,7 +231,7 @@ ITEMS: Mapping[str, Callable[[], Outcome]] = {
         "kHz",
         "model with free edges, continuous ceramic, shorted electrodes and default mesh. The "
         "frequency is 35.70 kHz with a finer mesh, 35.6 kHz without piezoelectric coupling, "
-        "and 34.05 kHz with gaps of 1 mm, so the paper's model of this mode has no gaps",
+        "and 34.05 kHz with gaps of 1 mm; we conjecture that the paper's model has no gaps",
         covers=("fig.10", "fig.11"),
     ),
     # Section III-C: the harmonic peak at 15 V

@@ -66,7 +66,8 @@ def _summary(comparisons: Sequence[Comparison]) -> str:
     return (
         f"Independent items: {groups['agrees']} agree with the paper, and {groups['differs']} "
         f"differ, for the reasons given above. By construction, {groups['by construction']} "
-        "items agree (the computed value was derived from the published value or set to it). For "
+        "items agree (definitions, and values set to the published ones or computed from other "
+        "numbers in the paper). For "
         f"{groups['not published']} items, the paper gives no number. The exit status is 0 if all "
         "computed values match the recorded values and all cells of Table III agree, even if other "
         "items do not agree with the paper."

@@ -18,17 +18,18 @@ if TYPE_CHECKING:
 
 
 class Verb(NamedTuple):
-    """What a test can show: the past tense, and the infinitive."""
+    """What a test can show: the past tense, the infinitive, and what a test does not show."""
 
     past: str
     infinitive: str
+    denied: str = "did not {infinitive} reliably"
 
 
 DIFFERED = Verb("differed", "differ")
 DEPENDED = Verb("depended", "depend")
 CHANGED = Verb("changed", "change")
-HAD_EFFECT = Verb("had an effect", "have an effect")
-WERE_BIASED = Verb("were biased", "be biased")
+HAD_EFFECT = Verb("had an effect", "have an effect", "had no reliable effect")
+WERE_BIASED = Verb("were biased", "be biased", "were not reliably biased")
 
 
 def reliable(p: float, confidence: float) -> bool:
@@ -48,7 +49,8 @@ def verdict(verb: Verb, p: float, confidence: float, df: float) -> str:
     verb : Verb
     p, confidence : float
     df : float
-        Degrees of freedom of the error. For a rank test, the number of participants - 1.
+        Degrees of freedom of the error. For a rank test, the number of participants - 1, or 0 if
+        no result of the test can be significant.
 
     >>> verdict(DIFFERED, 0.03, 0.95, 2), verdict(DIFFERED, 0.3, 0.95, 11)
     ('differed', 'did not differ reliably')
@@ -62,7 +64,7 @@ def verdict(verb: Verb, p: float, confidence: float, df: float) -> str:
             f"could not be shown to {verb.infinitive}, because there are too few participants to "
             "test it,"
         )
-    return f"did not {verb.infinitive} reliably"
+    return verb.denied.format(infinitive=verb.infinitive)
 
 
 def page_sentence(

@@ -1,11 +1,13 @@
 """The page "The paper": every part with its code, values and reasons."""
 
 import re
+from collections import Counter
 from functools import reduce
 from importlib import import_module
 
 import pytest
 
+from slipscale.analysis.reproduction import comparison
 from tools.site import paper_page
 
 PLACES = {
@@ -62,3 +64,11 @@ def test_each_statement_of_the_experiment_has_what_the_session_does(pages):
     session = text.split("statement by statement")[1]
     assert session.count("\n| ") == len(paper_page.SENTENCES) + 2
     assert "what has been removed" in session
+
+
+def test_the_page_counts_the_same_items_as_the_terminal(pages):
+    groups = Counter(one.outcome.group for one in comparison.compare())
+    text = " ".join(pages["validation/the-paper.md"].split())
+    assert f"For {groups['not published']} items, the paper gives no number." in text
+    assert f"{groups['agrees']} independent items agree with the paper." in text
+    assert groups["not published"] == 49

@@ -183,7 +183,8 @@ def pages() -> dict[str, str]:
 
 
 def _introduction(compared: list[Comparison]) -> str:
-    groups = [one.outcome.group for one in compared if one.outcome.covers]
+    groups = [one.outcome.group for one in compared]
+    elsewhere = sum(not one.outcome.covers for one in compared)
     return f"""# The paper
 
 This page compares M. Biet, F. Giraud and B. Lemaire-Semail, "Squeeze Film Effect for the Design of
@@ -192,11 +193,14 @@ built from the items of `slipscale reproduce`.
 
 - {groups.count("agrees")} independent items agree with the paper.
 - {groups.count("differs")} independent items differ, for the stated reasons.
-- {groups.count("by construction")} items agree by construction, which is no evidence.
+- {groups.count("by construction")} items agree by construction, which is no evidence:
+  definitions, and values set to the published ones or computed from other numbers in the paper.
 - For {groups.count("not published")} items, the paper gives no number.
+  {elsewhere} of them are only printed by `slipscale reproduce`, because they are about the data
+  sets that are consistent with Table III.
 
-An equation's value is the relative difference between its two sides as printed, so 0 means that the
-print is right."""
+An equation's value is the relative difference between the equation as printed, with its signs,
+factors and units, and a separate evaluation, so 0 means that the print is right."""
 
 
 def _covered(kind: str, places: dict[int, tuple[str, str]], compared: list[Comparison]) -> str:

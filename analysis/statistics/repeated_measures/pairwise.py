@@ -196,7 +196,11 @@ def _mean(data: Prepared, differences: NDArray[np.float64]) -> MeanOverParticipa
                 len(differences),
             )
         )
-    return mean_over_participants(differences, data.choices.confidence)
+    found = mean_over_participants(differences, data.choices.confidence)
+    if isinstance(found, NotComputed):
+        ratio = exp(float(differences.mean()))
+        return NotComputed(f"the ratio is {ratio:.4g} for all participants, so no test is possible")
+    return found
 
 
 def _paired_t(

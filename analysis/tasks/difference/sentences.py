@@ -77,7 +77,7 @@ def psychometric(
     if found.own_z and not reliable(found.p, confidence):
         lead = _of_few(found, confidence, what, size)
     return (
-        f"{lead}the log odds changed by "
+        f"{lead}the slope of the log odds was "
         f"{write(found.log_odds_per_unit)} {per}, {level} CI "
         f"{bracketed(found.interval, write)}, t({found.df}) = {number(found.t)}, "
         f"{p_value(found.p)}{half} ({found.answers} answers from {found.n} participants; "

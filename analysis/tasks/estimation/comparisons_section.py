@@ -141,8 +141,8 @@ def _equivalence(
             many = many if rows else "the pair"
         blocks.append(
             html.paragraph(
-                f"For {many} of {quantity.levels}, estimates differed, and tests did not show "
-                f"equivalence {within} (two one-sided tests, {every}{p}; {factors} in favour of no "
+                f"For {many} of {quantity.levels}, equivalence {within} was not shown (two "
+                f"one-sided paired t tests of log estimates, {every}{p}; {factors} in favour of no "
                 f"difference {bayes}; see pairwise.csv)."
             )
         )

@@ -177,7 +177,8 @@ def pairwise_logs(
     if not tested:
         return behind.strip()
     rows = [(pair, found.p_holm, pair.n_logs) for pair, found in tested]
-    return _all_pairs(rows, "Log estimates", "paired t tests", confidence, quantity) + behind
+    how = ("Log estimates", "paired t tests")
+    return _all_pairs(rows, how, 0.0, confidence, quantity) + behind
 
 
 def equivalence(
@@ -244,7 +245,8 @@ def pairwise_ranks(
         return f"Estimates were the same at all {quantity.levels}, so no pair was tested."
     if len(pairs) == 1:
         pair, ranks = pairs[0], pairs[0].ranks
-        verb = verdict(DIFFERED, ranks.p, confidence, pair.n - 1)
+        df = pair.n - 1 if reliable(_least_rank_p(pairs), confidence) else 0
+        verb = verdict(DIFFERED, ranks.p, confidence, df)
         return (
             f"Estimates {verb} between the two {quantity.levels} (Wilcoxon signed-rank test, "
             f"{p_value(ranks.p)}; of {pair.n} participants, {ranks.up} gave higher and "
@@ -252,7 +254,8 @@ def pairwise_ranks(
         )
     untested = len(pairs) - len(rows)
     behind = f" Pairs with the same estimates, which were not tested: {untested}."
-    found = _all_pairs(rows, "Estimates", "Wilcoxon signed-rank tests", confidence, quantity)
+    how = ("Estimates", "Wilcoxon signed-rank tests")
+    found = _all_pairs(rows, how, _least_rank_p(pairs), confidence, quantity)
     return found + (behind if untested else "")
 
 
@@ -260,10 +263,8 @@ def out_of_reach(
     pairs: Sequence[PairComparison], confidence: float, quantity: Quantity
 ) -> list[str]:
     """Return a warning if no Wilcoxon test can be significant with this number of participants."""
-    tested = [pair.n for pair in pairs if isfinite(pair.ranks.p)]
-    # If all n differences have the same sign, the exact two-sided p is 2 / 2^n.
-    least = min((min(1.0, len(tested) * 2.0 ** (1 - n)) for n in tested), default=0.0)
-    if least < 1 - confidence:
+    least = _least_rank_p(pairs)
+    if reliable(least, confidence):
         return []
     return [
         (
@@ -273,6 +274,13 @@ def out_of_reach(
             "equality."
         )
     ]
+
+
+def _least_rank_p(pairs: Sequence[PairComparison]) -> float:
+    """Return the smallest Holm-corrected p that the Wilcoxon tests can have; 0 without tests."""
+    # Equal estimates are left out. If all n differences have one sign, the exact p is 2 / 2^n.
+    ns = [pair.ranks.up + pair.ranks.down for pair in pairs if isfinite(pair.ranks.p)]
+    return min((min(1.0, len(ns) * 2.0 ** (1 - n)) for n in ns), default=0.0)
 
 
 def _pair(pair: PairComparison, quantity: Quantity) -> str:
@@ -286,11 +294,13 @@ def _of(n: int, incomplete: int) -> str:
 
 def _all_pairs(
     rows: Sequence[tuple[PairComparison, float, int]],
-    what: str,
-    test: str,
+    names: tuple[str, str],
+    least: float,
     confidence: float,
     quantity: Quantity,
 ) -> str:
+    """Return a sentence on all pairs: ``names`` of the values and the test, its ``least`` p."""
+    what, test = names
     doubtful = [row for row in rows if not reliable(row[1], confidence)]
     counts = sorted({n for _, _, n in rows})
     people = f"n = {counts[0]}" + (f" to {counts[-1]}" if len(counts) > 1 else "")
@@ -298,13 +308,14 @@ def _all_pairs(
     if not doubtful:
         largest = p_value(max(p for _, p, _ in rows)).replace("=", "≤")
         many = {1: "one pair", 2: "both pairs"}.get(len(rows), f"all {len(rows)} pairs")
-        return f"{what} differed for {many} of {quantity.levels} ({how}, all {largest})."
+        return f"{what} {DIFFERED.past} for {many} of {quantity.levels} ({how}, all {largest})."
     smallest = p_value(min(p for _, p, _ in doubtful)).replace("=", "≥")
     if len(doubtful) == len(rows):
         many = f"any of the {len(rows)} pairs" if len(rows) > 1 else "the one pair tested"
-        verb = verdict(DIFFERED, min(p for _, p, _ in doubtful), confidence, counts[0] - 1)
+        df = counts[0] - 1 if reliable(least, confidence) else 0
+        verb = verdict(DIFFERED, min(p for _, p, _ in doubtful), confidence, df)
         return f"{what} {verb} for {many} of {quantity.levels} ({how}, all {smallest})."
-    told = f"{what} differed for {len(rows) - len(doubtful)} of the {len(rows)} pairs"
+    told = f"{what} {DIFFERED.past} for {len(rows) - len(doubtful)} of the {len(rows)} pairs"
     listed = joined([f"{_pair(pair, quantity)} ({p_value(p)}, n = {n})" for pair, p, n in doubtful])
     if len(doubtful) > MOST_LISTED:
         listed = f"the other {len(doubtful)} pairs (all {smallest})"

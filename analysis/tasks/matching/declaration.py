@@ -22,7 +22,7 @@ from slipscale.analysis.writing.numbers import (
     p_value,
 )
 from slipscale.analysis.writing.task_names import task_name
-from slipscale.analysis.writing.verdicts import WERE_BIASED, verdict
+from slipscale.analysis.writing.verdicts import DIFFERED, WERE_BIASED, Verb, verdict
 from slipscale.experiments.dataset.schema import PARTICIPANT
 from slipscale.figure_style import BLUE, GREY, INK, VERMILION, canvas, styled
 
@@ -62,11 +62,22 @@ def _answer(found: MatchedReference, confidence: float, quantity: Quantity) -> s
     bias = found.bias_level
     if isinstance(bias, NotComputed):
         return f"{what}; the bias was not tested ({bias.reason})."
-    verb = verdict(WERE_BIASED, bias.p, confidence, bias.df)
-    return (
-        f"{what}. Matches {verb} ({quantity.value(written(bias.mean))}, {level_of(confidence)} CI "
-        f"{bracketed(bias.interval, written)}, t({bias.df}) = {number(bias.t)}, {p_value(bias.p)})."
+
+    def tested(verb: Verb, found: MeanOverParticipants) -> str:
+        return (
+            f"{verdict(verb, found.p, confidence, found.df)} "
+            f"({quantity.value(written(found.mean))}, {level_of(confidence)} CI "
+            f"{bracketed(found.interval, written)}, t({found.df}) = {number(found.t)}, "
+            f"{p_value(found.p)})"
+        )
+
+    direction = found.direction_level
+    start = (
+        f" Matches that started above and below the reference {tested(DIFFERED, direction)}."
+        if direction
+        else ""
     )
+    return f"{what}. Matches {tested(WERE_BIASED, bias)}.{start}"
 
 
 def _matching_table(rows: Task, quantity: Quantity) -> Markup:

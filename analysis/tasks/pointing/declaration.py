@@ -64,14 +64,14 @@ def _gain(name: str, task: TaskPointing, confidence: float) -> list[str]:
     rate, time = task.throughput_gain_bit_s, task.time_gain_s
     if not (rate and time):
         return []
-    verb = verdict(CHANGED, rate.p, confidence, rate.df)
+    verb, then = (verdict(CHANGED, each.p, confidence, each.df) for each in (rate, time))
     return [
         (
             f"{name}: with feedback, throughput {verb} (difference "
             f"{number(rate.mean)} bit/s, t({rate.df}) = {number(rate.t)}, "
-            f"{p_value(rate.p)}), and movement time changed by {number(time.mean, 3)} s, "
-            f"{level_of(confidence)} CI "
-            f"{bracketed(time.interval, lambda end: number(end, 3))} ({p_value(time.p)})."
+            f"{p_value(rate.p)}), and movement time {then} "
+            f"(difference {number(time.mean, 3)} s, {level_of(confidence)} CI "
+            f"{bracketed(time.interval, lambda end: number(end, 3))}, {p_value(time.p)})."
         )
     ]
 

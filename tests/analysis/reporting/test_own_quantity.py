@@ -103,7 +103,7 @@ def test_yes_and_no_are_told_against_the_stimulus(table_by_hand):
     assert sorted(set(words.findall(re.sub(r"<[^>]*>", "", text)))) == []
     assert "How does “yes” depend on contrast?" in text
     assert re.search(
-        r"The probability of “yes” \w+.* on contrast: the log odds changed by [1-9]", text
+        r"The probability of “yes” \w+.* on contrast: the slope of the log odds was [1-9]", text
     )
 
 

@@ -72,8 +72,8 @@ def test_drift_is_noticed():
 
 
 def test_more_than_is_strict():
-    assert more_than("10", 10.01)
-    assert not more_than("10", 10.0)
+    assert more_than(10)("> 10", 10.01)
+    assert not more_than(10)("> 10", 10.0)
 
 
 def test_items_fit_the_framework_s_choice_of_names(monkeypatch):

@@ -34,6 +34,21 @@ def test_every_figure_is_shown_in_the_report(pilot):
     assert [name for name in names if f"here is {name}<" not in shown] == []
 
 
+#: A part of a sentence that states a difference, and the p-values that it may contain.
+STATED = re.compile(r"(?<!neither )\b(differed|changed|depended|were biased|had an effect)\b")
+VALUES = re.compile(r"p [=≤<] (\.\d+)")
+
+
+def test_no_sentence_states_a_difference_above_the_level(pilot):
+    level = 1 - pilot.dataset.choices.confidence
+    texts = [text for kind in KINDS for text in (*kind.answers(pilot), *kind.doubts(pilot))]
+    texts += [text for kind in KINDS for part in kind.sentences(pilot).values() for text in part]
+    for text in texts:
+        for clause in re.split(r"; |\. (?=[A-Z])|, and ", text):
+            if STATED.search(clause):
+                assert all(float(p) <= level for p in VALUES.findall(clause)), clause
+
+
 def test_every_statistic_is_in_the_json_under_its_key(pilot):
     assert list(pilot.inference.results) == [each.key for each in STATISTICS]
 

@@ -7,13 +7,21 @@ from pathlib import Path
 import pytest
 
 import slipscale.analysis
-from slipscale.analysis.writing.verdicts import CHANGED, DEPENDED, DIFFERED, verdict
+from slipscale.analysis.writing.verdicts import (
+    CHANGED,
+    DEPENDED,
+    DIFFERED,
+    HAD_EFFECT,
+    WERE_BIASED,
+    verdict,
+)
 
 SOURCE = Path(slipscale.analysis.__file__).parent
 #: A claim about a test, which only `verdict` may write.
 CLAIM = re.compile(
     r"\b(did not|does not|do not|had no|has no|no|not) (\w+ )?(reliabl[ey]|significant)|"
-    r"\b(did not|does not) (differ|depend|change)\b"
+    r"\b(did not|does not) (differ|depend|change)\b|"
+    r"(?<!neither )\bdiffered\b|\b(changed|depended) (by|from|on)\b|\b(were|was) biased\b"
 )
 
 
@@ -33,6 +41,15 @@ def test_a_difference_below_the_level_is_a_difference(df):
 def test_more_degrees_of_freedom_allow_the_usual_sentence():
     assert verdict(DEPENDED, 0.05, 0.95, 4) == "did not depend reliably"
     assert verdict(DEPENDED, float("nan"), 0.95, 4) == "did not depend reliably"
+
+
+def test_every_verb_has_its_own_denial():
+    assert verdict(WERE_BIASED, 0.5, 0.95, 7) == "were not reliably biased"
+    assert verdict(HAD_EFFECT, 0.5, 0.95, 7) == "had no reliable effect"
+
+
+def test_a_test_that_cannot_be_significant_shows_no_absence():
+    assert "could not be shown to differ" in verdict(DIFFERED, 0.094, 0.95, 0)
 
 
 def _claims(text: str) -> list[str]:

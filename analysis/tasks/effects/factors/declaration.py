@@ -29,6 +29,7 @@ from slipscale.analysis.writing.numbers import (
     number,
     p_value,
 )
+from slipscale.analysis.writing.verdicts import DIFFERED, verdict
 from slipscale.stimuli.quantity import capitalised
 
 if TYPE_CHECKING:
@@ -66,15 +67,16 @@ def _parts(change: ConditionChange, confidence: float) -> Iterator[str]:
     def ratio(value: float) -> str:
         return number(exp(value))
 
-    parts: tuple[tuple[str, Change, float | None, Callable[[float], str]], ...] = (
-        ("the ratio of geometric means was", change.log_ratio, change.log_ratio_p_holm, ratio),
-        ("exponents differed by", change.exponent, change.exponent_p_holm, number),
+    parts: tuple[tuple[str, str, Change, float | None, Callable[[float], str]], ...] = (
+        ("geometric means", "ratio", change.log_ratio, change.log_ratio_p_holm, ratio),
+        ("exponents", "difference", change.exponent, change.exponent_p_holm, number),
     )
-    for words, part, p, write in parts:
+    for what, by, part, p, write in parts:
         if isinstance(part, MeanOverParticipants) and p is not None:
             yield (
-                f"{words} {write(part.mean)}, {level} CI {bracketed(part.interval, write)}, "
-                f"t({part.df}) = {number(part.t)}, {p_value(p)} after Holm's correction"
+                f"{what} {verdict(DIFFERED, p, confidence, part.df)} ({by} {write(part.mean)}, "
+                f"{level} CI {bracketed(part.interval, write)}, t({part.df}) = {number(part.t)}, "
+                f"{p_value(p)} after Holm's correction)"
             )
 
 

@@ -115,12 +115,12 @@ def _slope(found: MeanOverParticipants, spread: float) -> str:
     reduced = 10.0 ** math.floor(math.log10(spread))
     less = [math.exp(-reduced * bound) for bound in (found.mean, high, low)]
     return (
-        f"The logarithm of the estimate changed by {number(found.mean)} per unit increase in the "
-        f"measured coefficient of friction (mean of {found.df + 1} participants' slopes, "
+        "The slope of the logarithm of the estimate against the measured coefficient of friction "
+        f"was {number(found.mean)} (mean of {found.df + 1} participants' slopes, "
         f"{found.interval.confidence:.0%} CI {_interval(found.interval)}, t({found.df}) = "
         f"{number(found.t)}, {p_value(found.p)}): reducing friction by {reduced:g}, which is "
-        f"within the measured range (median {significant(spread)}), multiplied the estimate by "
-        f"{number(less[0])} [{number(less[1])}, {number(less[2])}]"
+        f"within the measured range (median {significant(spread)}), corresponds to a factor "
+        f"of {number(less[0])} [{number(less[1])}, {number(less[2])}]"
     )
 
 

@@ -49,7 +49,7 @@ def group_sentences(
     texts.append(
         "In a mixed analysis of variance of log estimates, the group "
         f"{verdict(HAD_EFFECT, anova.group.p, confidence, anova.group.df2)} "
-        f"{_statistics(anova.group, confidence)}; the effect of {quantity.name} "
+        f"on them, {_statistics(anova.group, confidence)}; the effect of {quantity.name} "
         f"{verdict(DIFFERED, anova.interaction.p, confidence, anova.interaction.df2)} between "
         f"groups (interaction), {_statistics(anova.interaction, confidence)}{corrected}."
     )

@@ -69,7 +69,7 @@ def _of_measure(measure: SessionMeasure, sessions: tuple[str, ...], confidence: 
     )
     told = verdict(CHANGED, 1.0, confidence, measure.n - 1)
     if changed:
-        told = f"changed from session {sessions[0]} {changes} (Holm-corrected)"
+        told = f"{CHANGED.past} from session {sessions[0]} {changes} (Holm-corrected)"
     icc = measure.agreement
     bounds = "" if icc.interval is None else f" {bracketed(icc.interval, unit_number)}"
     return (

@@ -101,7 +101,7 @@ def test_a_fit_at_a_bound_is_named_as_in_the_exported_script(analysis, page, tmp
 def test_the_report_names_conditions_and_what_they_change(analysis, page):
     text = page(analysis)
     assert "speed and period as within-participant factors (n = 10" in text
-    assert "Speed slow compared with fast: the ratio of geometric means was 0.63" in text
+    assert "Speed slow compared with fast: geometric means differed (ratio 0.63" in text
 
 
 def test_levels_are_reported_with_the_unit_of_their_factor(table, tmp_path):

@@ -103,10 +103,10 @@ def test_the_sentence_says_what_less_friction_within_the_measured_range_does_to_
     spread, step
 ):
     said = sentence(found_in(trials([-2.0, -3.0, -4.0])), spread)
-    assert "changed by −3.00" in said
+    assert "was −3.00" in said
     assert "t(2) = −5.20, p = .035)" in said
     assert f"by {step:g}, which is within the measured range (median {spread:.3g}" in said
-    assert f"multiplied the estimate by {math.exp(3 * step):.2f}" in said
+    assert f"corresponds to a factor of {math.exp(3 * step):.2f}" in said
 
 
 def test_report_figure_and_json_are_written_where_friction_was_measured(tmp_path):
