@@ -71,11 +71,11 @@ class GuardProcess:
         while (line := self._next()) not in (None, END):
             if line in (ON, OFF):
                 self._armed = line == ON
-                self._tripped = self._tripped and self._armed
             elif line:
                 self._call(line)
         end_s = time.monotonic() + TRIES_S
-        while line is None and self._armed and not self._is_off() and time.monotonic() < end_s:
+        on = line is None and self._armed and not self._tripped
+        while on and not self._is_off() and time.monotonic() < end_s:
             time.sleep(RETRY_S)
 
     def _read(self, lines: Iterable[bytes]) -> None:
@@ -91,9 +91,13 @@ class GuardProcess:
             if self._armed and not self._tripped:
                 wait_s = max(self._heard_s + WATCHDOG_S - time.monotonic(), GRACE_S)
             try:
-                return self._lines.get(timeout=wait_s)
+                line = self._lines.get(timeout=wait_s)
             except Empty:
                 self._trip()
+            else:
+                # A session that goes on may switch the output on; one that ended left it off.
+                self._tripped = self._tripped and line is None
+                return line
 
     def _trip(self) -> None:
         silent_s = time.monotonic() - self._heard_s

@@ -11,6 +11,7 @@ import hashlib
 import json
 import os
 import sys
+import time
 from contextlib import suppress
 from datetime import datetime
 from pathlib import Path
@@ -23,6 +24,7 @@ from slipscale.faults.private_folder import private_folder
 from slipscale.hardware.errors import PlateBusy
 
 COMMAND_CHARACTERS = 60
+ENDING_S, LOOK_S = 2.0, 0.02
 
 
 class InstrumentLock:
@@ -45,7 +47,7 @@ class InstrumentLock:
         about = path.with_suffix(".json")
         self._file: IO[bytes] = path.open("wb")
         try:
-            portalocker.lock(self._file, portalocker.LOCK_EX | portalocker.LOCK_NB)
+            self._lock()
         except portalocker.AlreadyLocked:
             self._file.close()
             raise PlateBusy(
@@ -58,6 +60,19 @@ class InstrumentLock:
             return  # The folder's file system has no locks.
         with suppress(OSError):
             about.write_text(json.dumps(_this_process()), encoding="utf-8")
+
+    def _lock(self) -> None:
+        """Lock the file; wait for the guard of a session that was just killed."""
+        end_s = time.monotonic() + ENDING_S
+        while True:
+            try:
+                portalocker.lock(self._file, portalocker.LOCK_EX | portalocker.LOCK_NB)
+            except portalocker.AlreadyLocked:
+                if time.monotonic() > end_s:
+                    raise
+                time.sleep(LOOK_S)
+            else:
+                return
 
     @property
     def descriptor(self) -> int:

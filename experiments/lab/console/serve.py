@@ -123,6 +123,7 @@ def _configuration(app: Starlette, access: Access, place: Path) -> uvicorn.Confi
         access_log=False,
         server_header=False,
         http=_Impatient,
+        ws="none",  # Otherwise a WebSocket request ends in a traceback on the terminal.
         timeout_graceful_shutdown=3,
         ssl_certfile=certificate[0] if certificate else None,
         ssl_keyfile=certificate[1] if certificate else None,

@@ -128,6 +128,17 @@ def test_a_stopped_session_is_off_and_finds_a_fault_when_it_goes_on():
         assert not server.generator.channel[1].on
 
 
+def test_the_guard_of_a_stopped_session_that_is_then_killed_ends_without_its_generator():
+    with GeneratorServer("keysight") as server:
+        session = SessionProcess(f"scpi:{server.resource},gain=2")
+        with session:
+            session.process.send_signal(signal.SIGSTOP)
+            until(lambda: not server.generator.channel[1].on)
+            time.sleep(0.2)
+            server.for_good, server.drop_at = True, len(server.lines)
+    until(lambda: not runs(session.guard_id))
+
+
 def test_a_session_that_hangs_is_off_after_the_attention_time():
     with GeneratorServer("keysight") as server:
         plate = open_plate(f"scpi:{server.resource},gain=2,attention=0.5", clock=SystemClock())

@@ -4,6 +4,7 @@ import os
 import re
 import subprocess
 import sys
+from threading import Timer
 
 import pytest
 
@@ -81,6 +82,12 @@ def test_another_name_of_a_serial_port_is_the_same_instrument(tmp_path):
 
 def test_simulated_plates_need_no_lock():
     assert MockPlate(clock=SystemClock()).instrument == ""
+
+
+def test_a_lock_that_is_about_to_be_released_is_waited_for():
+    first = InstrumentLock("an instrument")
+    Timer(0.3, lambda: first.release(shared=False)).start()
+    InstrumentLock("an instrument").release(shared=False)
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="descriptors are inherited on Linux and macOS")

@@ -99,6 +99,24 @@ def served(lab):
         process.terminate()
 
 
+def test_a_websocket_request_prints_nothing_on_the_operators_terminal(lab):
+    words = [sys.executable, "-P", "-m", "slipscale", "lab", "--no-browser", "--port", "0"]
+    with subprocess.Popen(
+        words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, cwd=lab
+    ) as process:
+        host = process.stdout.readline().split()[-1].removeprefix("http://").partition("/")[0]
+        line = http.client.HTTPConnection(host, timeout=PATIENCE_S)
+        upgrade = {"Connection": "Upgrade", "Upgrade": "websocket", "Sec-WebSocket-Version": "13"}
+        line.request(
+            "GET", "/", headers=upgrade | {"Sec-WebSocket-Key": "AAAAAAAAAAAAAAAAAAAAAA=="}
+        )
+        assert line.getresponse().status < 500
+        line.close()
+        process.terminate()
+        (heading,) = process.communicate()[1].splitlines()
+        assert heading.startswith("defaults: ")
+
+
 def _ask_as(user, address, told):
     "x".encode("idna")  # loaded while its file can be read
     os.setuid(user)
