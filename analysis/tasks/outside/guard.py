@@ -35,7 +35,8 @@ from slipscale.faults import UserError
 from slipscale.faults.message import Message
 from slipscale.faults.plug_ins import ANALYSES, called, installed, package_of
 
-T, A = TypeVar("T"), TypeVar("A", bound=Analysis)
+T = TypeVar("T")
+A = TypeVar("A", bound=Analysis)
 
 
 def installed_kinds(faults: list[str]) -> tuple[TaskAnalysis, ...]:
