@@ -113,7 +113,9 @@ def read_bytes(path: Path, most: int = -1) -> bytes:
             return file.read(most)
     except OSError as error:
         raise UserError(
-            "{path}: cannot be read ({reason})", path=path, reason=error.strerror
+            "{path}: cannot be read ({reason}); expected a file that you may read",
+            path=path,
+            reason=error.strerror,
         ) from error
 
 
@@ -360,7 +362,12 @@ def parse(
             dtype=dict.fromkeys([*words, *as_written], "str"),
         )
     except (pd.errors.ParserError, ValueError) as error:
-        raise UserError("{path}: not a readable table ({error})", path=path, error=error) from error
+        raise UserError(
+            "{path}: not a readable table ({error}); expected a header line and rows with as many "
+            "cells; save it as CSV UTF-8",
+            path=path,
+            error=error,
+        ) from error
     if columns:
         return frame[[name for name in columns if name in frame]]
     # PsychoPy ends each line with a comma, which creates a column without a name or values.

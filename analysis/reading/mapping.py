@@ -148,7 +148,7 @@ def _pattern(text: str) -> str:
     try:
         groups = re.compile(text).groups
     except re.error as error:
-        raise ValueError(f"not a regular expression ({error})") from None
+        raise ValueError(f"expected a regular expression ({error})") from None
     if text and groups != 1:
         raise ValueError(
             "expected a pattern with one group in parentheses, such as '(s[0-9]+)_'; write file "
@@ -333,6 +333,9 @@ def write_mapping(mapping: TableMapping, path: Path) -> Path:
         )
     except OSError as error:
         raise UserError(
-            "{file}: cannot be written ({reason})", file=file, reason=error.strerror
+            "{file}: cannot be written ({reason}); expected a folder that you may write to; or "
+            "omit --map",
+            file=file,
+            reason=error.strerror,
         ) from error
     return file

@@ -330,7 +330,7 @@ def chosen(frame: pd.DataFrame, only: Mapping[str, Sequence[str]], path: Path) -
         if absent := [value for value in wanted if not (found == value).any()]:
             known = ", ".join(sorted(found.dropna().unique())[:12]) or "nothing"
             raise UserError(
-                "{path}: no row has '{missing}' in column {column}; found {known}",
+                "{path}: no row has '{missing}' in column {column}; expected one of {known}",
                 path=path,
                 missing=absent[0],
                 column=column,

@@ -78,7 +78,10 @@ def _tables(content: bytes, path: Path) -> dict[str, Table]:
         found = scipy_io.loadmat(io.BytesIO(content), simplify_cells=True)
     except Exception as error:  # noqa: BLE001 - loadmat raises whatever damaged bytes lead to
         raise UserError(
-            "{path}: not a readable MATLAB file ({error})", path=path, error=error
+            "{path}: not a readable MATLAB file ({error}); {remedy}",
+            path=path,
+            error=error,
+            remedy=SAVE,
         ) from None
     own = {name: value for name, value in found.items() if not name.startswith("__")}
     tables = {name: table for name, value in own.items() if (table := _table(value))}

@@ -39,7 +39,7 @@ def records(text: str, path: Path) -> list[tuple[int, list[str]]]:
         return [(reader.line_num, row) for row in reader if any(cell.strip() for cell in row)]
     except csv.Error as error:
         raise UserError(
-            "{path}: line {line} cannot be read ({error})",
+            "{path}: line {line} cannot be read ({error}); expected quotation marks in pairs",
             path=path,
             line=reader.line_num,
             error=error,

@@ -10,6 +10,7 @@ from slipscale.analysis.tasks.thresholds.cautions import CAUTIONS
 from slipscale.analysis.tasks.thresholds.friction_axis import FrictionThreshold
 from slipscale.analysis.tasks.thresholds.population_threshold import Factor, PopulationThreshold
 from slipscale.analysis.tasks.thresholds.reversals import ConditionReversals, Reversals
+from slipscale.analysis.tasks.thresholds.slopes_by_condition import SlopesByCondition
 from slipscale.analysis.tasks.thresholds.statistics import COMPARED, TaskThresholds
 from slipscale.analysis.writing.factor_words import factor_level, factor_name
 from slipscale.analysis.writing.numbers import (
@@ -76,6 +77,7 @@ def answers(found: TaskThresholds, confidence: float, quantity: Quantity) -> lis
     factors = _tested(found.population) if found.population else []
     return [
         *(_by(factor, found, confidence, quantity) for factor in factors),
+        *(_slopes_by(factor, found, confidence, quantity) for factor in found.slopes),
         _pooled(found, confidence, quantity),
     ]
 
@@ -100,6 +102,32 @@ def _by(factor: Factor, found: TaskThresholds, confidence: float, quantity: Quan
     tests = ", and ".join(f"{verb} {joined(pairs)}" for verb, pairs in told.items() if pairs)
     what = f"{title(found, quantity)} by {factor_name(factor.name)}: {MEANT[found.method][0]}"
     return f"{what}{values}. Thresholds {tests}, after Holm's correction."
+
+
+def _slopes_by(
+    factor: SlopesByCondition, found: TaskThresholds, confidence: float, quantity: Quantity
+) -> str:
+    values = "; ".join(
+        f"{quantity.value(significant(half))} ({factor_level(factor.name, name)})"
+        for name, half in factor.half_widths_level.items()
+        if np.isfinite(half)
+    )
+    tests = []
+    for each in factor.contrasts:
+        one, other = (factor_level(factor.name, name) for name in (each.first, each.second))
+        if isinstance(each.log_ratio, NotComputed) or each.p_holm is None:
+            continue
+        verb = verdict(DIFFERED, each.p_holm, confidence, each.log_ratio.df)
+        ratio = bracketed(each.log_ratio.interval, lambda end: significant(float(np.exp(end))))
+        tests.append(
+            f"{verb} between {one} and {other} "
+            f"(ratio {significant(float(np.exp(each.log_ratio.mean)))}, "
+            f"{level_of(confidence)} CI {ratio}, "
+            f"t({each.log_ratio.df}) = {unit_number(each.log_ratio.t, 2)}, {p_value(each.p_holm)})"
+        )
+    compared = f" Slopes {joined(tests)}, after Holm's correction." if tests else ""
+    what = f"{title(found, quantity)} by {factor_name(factor.name)}"
+    return f"{what}: just noticeable difference {values}.{compared}"
 
 
 def averaged(found: TaskThresholds) -> str:

@@ -32,8 +32,7 @@ def test_a_data_frame_is_the_table_with_its_cells(tmp_path):
 
 
 def test_levels_and_rows_are_stated_as_in_python():
-    wide = FRAME.pivot_table(index="who", columns="level", values="loud")
-    wide.columns = ["p1", "p2", "p3", "p4"]
+    wide = FRAME.pivot_table("loud", "who", "level").set_axis(["p1", "p2", "p3", "p4"], axis=1)
     found = slipscale.load(wide, participant="who", levels={"p1": 0.3, "p2": 1.125, "p4": 16})
     assert sorted(found["level"].unique()) == [0.3, 1.125, 16]
     only = slipscale.load(FRAME, only={"who": ["a", "b"]}, **MEANING)
