@@ -120,8 +120,8 @@ def note(
 
 @styled
 def with_note(figure: Figure, text: str) -> Figure:
-    """Add a caption line below a figure."""
-    figure.supxlabel(text, x=0.01, ha="left", fontsize=8, color=GREY)
+    """Add a line above a figure; legends are below figures."""
+    figure.suptitle(text, x=0.01, ha="left", fontsize=8, color=GREY)
     return figure
 
 

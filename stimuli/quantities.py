@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 import numpy.typing as npt
 
@@ -31,6 +33,30 @@ def not_negative(name: str, value: npt.ArrayLike, unit: str, *, maximum: float =
     return _within(name, value, unit, (0.0, maximum), open_below=False)
 
 
+def between(name: str, value: npt.ArrayLike, unit: str, low: float, high: float) -> Array:
+    """Convert values to an array of floats, after checking that all are from low to high."""
+    return _within(name, value, unit, (low, high), open_below=False)
+
+
+def single(
+    name: str,
+    value: npt.ArrayLike,
+    unit: str,
+    check: Callable[[str, npt.ArrayLike, str], Array] = positive,
+) -> float:
+    """Convert a value to a float, after checking that it is one number, and positive by default."""
+    array = check(name, value, unit)
+    if array.ndim:
+        raise _no_number(name, value, unit)
+    return float(array)
+
+
+def _no_number(name: str, value: object, unit: str) -> UserError:
+    return UserError(
+        "{name} is {value}, expected a number of {unit}", name=name, value=repr(value), unit=unit
+    )
+
+
 def _within(
     name: str,
     value: npt.ArrayLike,
@@ -42,12 +68,7 @@ def _within(
     try:
         array = np.asarray(value, dtype=float)
     except (TypeError, ValueError):
-        raise UserError(
-            "{name} is {value}, expected a number of {unit}",
-            name=name,
-            value=repr(value),
-            unit=unit,
-        ) from None
+        raise _no_number(name, value, unit) from None
     low, high = bounds
     good = np.isfinite(array) & (array <= high) & ((array > low) if open_below else (array >= low))
     if not np.all(good):

@@ -17,9 +17,9 @@ TITLES = {"mean": "mean", "maximum_deviation": "max. dev.", "standard_deviation"
 
 
 def table3_table(analysis: Analysis) -> Table:
-    """Return Table III as a rich table, with published values if the amplitudes are the paper's."""
+    """Return Table III as a rich table, with published values if the study is the paper's."""
     quantity = analysis.dataset.quantity
-    beside = biet2007.covers(analysis.table3["level"], quantity)
+    beside = analysis.beside_paper
     table = Table(
         title=f"Table III: normalised estimates ({analysis.rule}), here and in the paper"
         if beside

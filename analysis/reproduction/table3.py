@@ -43,7 +43,7 @@ def draw_fig15() -> Figure:
     """Plot Fig. 15 for the data set consistent with Table III."""
     from slipscale.analysis.tasks.estimation import figures as estimates
 
-    figure = estimates.fig15(allowed().cells, unit="normalised, 0 to 100")
+    figure = estimates.fig15(allowed().cells, unit="normalised, 0 to 100", paper=True)
     return with_note(
         figure, "A data set consistent with Table III; the authors never published their raw data."
     )

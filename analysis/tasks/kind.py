@@ -17,6 +17,8 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Literal
 
+from slipscale.analysis.preprocessing.normalisation import RULES
+from slipscale.analysis.published import biet2007
 from slipscale.analysis.statistics.statistic import Declaration
 
 if TYPE_CHECKING:
@@ -210,3 +212,12 @@ class Analysis:
     kinds: tuple[TaskAnalysis, ...] = ()
     plan: PlanCheck | None = None
     problems: tuple[str, ...] = ()
+
+    @property
+    def beside_paper(self) -> bool:
+        """Whether results are shown next to the paper's: its study, its amplitudes, its scale."""
+        return (
+            self.dataset.details.get("study") == (biet2007.STUDY,)
+            and RULES[self.rule].end == biet2007.TOP
+            and biet2007.covers(self.table3["level"], self.dataset.quantity)
+        )

@@ -23,7 +23,7 @@ from slipscale.hardware.plate.materials import (
     Isotropic,
     Piezoceramic,
 )
-from slipscale.stimuli.quantities import MICRO, MILLI, Array, not_negative, positive
+from slipscale.stimuli.quantities import MICRO, MILLI, Array, not_negative, positive, single
 
 SAFE_VOLTAGE_V = PlateLimits().voltage_v  # limit of the driver, above the paper's 15 V
 
@@ -63,7 +63,7 @@ class BeamSection:
             "ceramic_thickness_mm": "mm",
             "resonator_thickness_mm": "mm",
         }.items():
-            positive(f"beam section: {name}", getattr(self, name), unit)
+            single(f"beam section: {name}", getattr(self, name), unit)
 
     @classmethod
     def printed(
@@ -207,7 +207,8 @@ class BeamSection:
         >>> round(BeamSection.printed().half_wave_for_amplitude_mm(1.5, 15), 1)  # printed: 8.2
         8.2
         """
-        wanted = float(positive("amplitude_um_peak", amplitude_um_peak, "µm peak"))
+        wanted = single("amplitude_um_peak", amplitude_um_peak, "µm peak")
+        single("voltage_v", voltage_v, "V", not_negative)
         at_one = float(self.dynamic_deflection_um_peak(1.0, voltage_v))
         if at_one == 0:
             raise UserError(
@@ -228,7 +229,7 @@ class BeamSection:
 
     def half_wave_for_frequency_mm(self, frequency_hz: float) -> float:
         """Return the half-wavelength in mm for a resonance frequency (inverse of (38))."""
-        f = float(positive("frequency_hz", frequency_hz, "Hz"))
+        f = single("frequency_hz", frequency_hz, "Hz")
         return float(np.sqrt(self.frequency_hz(1.0) / f))
 
     @property
@@ -275,7 +276,7 @@ class BeamSection:
         The solution is in closed form, because the dispersion relation is quadratic in q² for a
         given ω.
         """
-        omega = 2 * np.pi * float(positive("frequency_hz", frequency_hz, "Hz"))
+        omega = 2 * np.pi * single("frequency_hz", frequency_hz, "Hz")
         bending, shear = self.rigidity_n_m, self.shear_rigidity_n_m
         mass, rotary = self.mass_kg_m2, self.rotary_inertia_kg
         b = (rotary + mass * bending / shear) * omega**2

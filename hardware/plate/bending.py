@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from slipscale.hardware.plate.beam import SAFE_VOLTAGE_V, BeamSection
-from slipscale.stimuli.quantities import MICRO, MILLI, Array, Number, not_negative, positive
+from slipscale.stimuli.quantities import MICRO, MILLI, Array, Number, between, not_negative, single
 
 _NODES = 6  # Gauss-Legendre nodes per layer; exact, because integrands are polynomials
 
@@ -38,8 +38,9 @@ class Bending:
     voltage_v: float
 
     def __post_init__(self) -> None:
-        positive("bending: half_wave_mm", self.half_wave_mm, "mm")
-        not_negative("bending: voltage_v", self.voltage_v, "V", maximum=SAFE_VOLTAGE_V)
+        single("bending: half_wave_mm", self.half_wave_mm, "mm")
+        voltage = single("bending: voltage_v", self.voltage_v, "V", not_negative)
+        not_negative("bending: voltage_v", voltage, "V", maximum=SAFE_VOLTAGE_V)
 
     @property
     def neutral_mm(self) -> float:
@@ -58,26 +59,37 @@ class Bending:
         return 3 * self.section.ceramic.d31_m_v * self.field_v_m * self.section.inverse_a / (2 * hp)
 
     def deflection_um(self, x_mm: Number) -> Number:
-        """Return the deflection w at a position, equation (27), with the sign of this module."""
-        x, span = x_mm * MILLI, self.half_wave_mm * MILLI
+        """Return the deflection w at a position, equation (27), with the sign of this module.
+
+        Raises
+        ------
+        UserError
+            If a position is not between the supports.
+        """
+        x = between("bending: x_mm", x_mm, "mm", 0, self.half_wave_mm) * MILLI
+        span = self.half_wave_mm * MILLI
         return -self.curvature_per_m * (x**2 - span * x) / 2 / MICRO
 
     def axial_displacement_um(self, z_mm: Number, slope: Number) -> Number:
         """Return u of equation (16) for a slope dw/dx."""
-        return (self.neutral_mm - z_mm) * MILLI * slope / MICRO
+        z = self._height("z_mm", z_mm)
+        return (self.neutral_mm - z) * MILLI * between("slope", slope, "", -np.inf, np.inf) / MICRO
 
     def strain(self, z_mm: Number) -> Number:
         """Return the strain S_xx at a height, equation (18)."""
-        return (z_mm - self.neutral_mm) * MILLI * self.curvature_per_m
+        z = self._height("z_mm", z_mm)
+        return self._arm_m(z) * self.curvature_per_m
 
     def ceramic_stress_pa(self, z_mm: Number) -> Number:
         """Return the stress T_xx in the ceramic, equations (20) and (21)."""
-        ceramic = self.section.ceramic
-        return ceramic.modulus_pa * (self.strain(z_mm) - ceramic.d31_m_v * self.field_v_m)
+        ceramic, top = self.section.ceramic, self.section.ceramic_thickness_mm
+        z = between("ceramic: z_mm", z_mm, "mm", 0, top)
+        return ceramic.modulus_pa * (self.strain(z) - ceramic.d31_m_v * self.field_v_m)
 
     def resonator_stress_pa(self, z_mm: Number) -> Number:
         """Return the stress T_i in the resonator, equations (19) and (21)."""
-        return self.section.resonator_modulus_pa * self.strain(z_mm)
+        z = self._height("resonator: z_mm", z_mm, self.section.ceramic_thickness_mm)
+        return self.section.resonator_modulus_pa * self.strain(z)
 
     @property
     def moment_n(self) -> float:
@@ -123,7 +135,10 @@ class Bending:
     @property
     def quality_factor(self) -> float:
         """Dynamic amplification Q from the energies, equation (29)."""
-        return self.section.ceramic.quality_factor * self.energy_j_m / self.ceramic_energy_j_m
+        # Both energies are proportional to the voltage squared, which cancels.
+        f0 = self._f0
+        ratio = (1 - 2 * f0) / ((1 - 3 * f0 + 3 * f0**2) * self.section.inverse_a)
+        return self.section.ceramic.quality_factor * ratio
 
     @property
     def axial_force_n_m(self) -> float:
@@ -143,6 +158,10 @@ class Bending:
         ceramic = self.section.ceramic
         volume = 2 * self.half_wave_mm * self.section.ceramic_thickness_mm * MILLI**2
         return 3 / 16 * volume * (ceramic.d31_m_v * self.field_v_m) ** 2 * ceramic.modulus_pa
+
+    def _height(self, name: str, z_mm: Number, low_mm: float = 0.0) -> Number:
+        top = self.section.ceramic_thickness_mm + self.section.resonator_thickness_mm
+        return between(name, z_mm, "mm", low_mm, top)
 
     def _arm_m(self, z_mm: Number) -> Number:
         return (z_mm - self.neutral_mm) * MILLI

@@ -84,10 +84,12 @@ def _doubts(analysis: Analysis) -> list[str]:
 
 def _figure(analysis: Analysis, svg: str) -> Markup:
     quantity, people = analysis.dataset.quantity, len(analysis.cells)
+    ns = analysis.description["n"]
+    counts = " to ".join(f"{n}" for n in sorted({int(ns.min()), int(ns.max())}))
     means = analysis.description[["level", "mean"]].itertuples(index=False)
     bars = (
         f" Error bars: t-based {100 * analysis.dataset.choices.confidence:g} % confidence intervals"
-        " across participants."
+        " across participants, which end at possible means."
         if analysis.description["mean_low"].notna().any()
         else ""
     )
@@ -95,8 +97,10 @@ def _figure(analysis: Analysis, svg: str) -> Markup:
     who = (
         "Estimates of a single participant, so no spread or intervals are shown."
         if people == 1
-        else f"Arithmetic means of {people} participants.{bars} Thin lines: {each}."
+        else f"Arithmetic means of {counts} participants.{bars} Thin lines: {each}."
     )
+    if analysis.beside_paper:
+        who += " Diamonds: the paper’s means, with one standard deviation."
     return html.figure(
         svg,
         f"{capitalised(quantity.perceived)} against {quantity.in_full}. {who} "

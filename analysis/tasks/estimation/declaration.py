@@ -137,6 +137,8 @@ class _Estimation(TaskAnalysis):
                 analysis.cells,
                 unit=unit,
                 top=rule.end,
+                most=rule.most,
+                paper=analysis.beside_paper,
                 confidence=level,
                 quantity=quantity,
                 groups=groups,

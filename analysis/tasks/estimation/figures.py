@@ -72,16 +72,18 @@ def _means(
     """Draw means with their intervals and tooltips; missing intervals are omitted."""
     amplitudes, centre = means.index.to_numpy(float), means.to_numpy(float)
     low, high = bounds
+    known = np.isfinite(low).any()
     axes.errorbar(
         amplitudes,
         centre,
-        yerr=np.nan_to_num([centre - low, high - centre]),
+        # Without bars, the legend has a line only.
+        yerr=np.nan_to_num([centre - low, high - centre]) if known else None,
         color=colour,
         linewidth=2,
         capsize=3,
         elinewidth=1.6,
         zorder=4,
-        label=f"{label}, {interval}" if np.isfinite(low).any() else label,
+        label=f"{label}, {interval}" if known else label,
     )
     for amplitude, mean in zip(amplitudes, centre, strict=True):
         axes.plot(
@@ -91,6 +93,7 @@ def _means(
             color=colour,
             markersize=6.5,
             markerfacecolor="white" if amplitude in hollow else colour,
+            clip_on=False,
             zorder=5,
             gid=tip(f"{quantity.value(amplitude)}: {label} {mean:.2f}"),
         )
@@ -102,14 +105,15 @@ def fig15(
     *,
     unit: str = "% of the scale",
     top: float | None = 100.0,
+    most: float = np.inf,
+    paper: bool = False,
     confidence: float = 0.95,
     quantity: Quantity = PLATE_AMPLITUDE,
     groups: pd.Series[str] | None = None,
 ) -> Figure:
     """Plot the paper's Fig. 15: arithmetic means on linear axes, with individual participants.
 
-    If the scale ends at 100 and the paper used all levels, its means are shown with one standard
-    deviation, slightly to the right.
+    Intervals end at possible means. The vertical axis contains them.
 
     Parameters
     ----------
@@ -119,6 +123,10 @@ def fig15(
         Unit of the estimates.
     top : float, optional
         End of the vertical axis, unless values are larger. None if the scale has no fixed end.
+    most : float
+        Largest possible mean.
+    paper : bool
+        Whether to show the paper's means with one standard deviation, slightly to the right.
     confidence : float
         Confidence level of the t-based intervals.
     quantity : Quantity
@@ -128,20 +136,25 @@ def fig15(
     """
     figure, axes = canvas(size=(5.6, 4.4))
     amplitudes = cells.columns.to_numpy(float)
+    ends = [0.0 if top is None else top]
     for name, own, colour in _parts(cells, groups):
+        bounds = np.clip(student_intervals(own, confidence), 0, most)
+        ends += [
+            float(np.nanmax(each)) for each in (own, bounds) if np.isfinite(each).any(axis=None)
+        ]
         if len(cells) > 1:
             _individuals(axes, own, amplitudes, PALE if groups is None else colour)
         _means(
             axes,
             own.mean(),
-            student_intervals(own, confidence),
+            (bounds[0], bounds[1]),
             label=f"arithmetic mean{name}",
             interval=f"{100 * confidence:g} % CI",
             colour=colour,
             quantity=quantity,
         )
     amplitude_axis(axes, amplitudes, quantity)
-    if top == biet2007.TOP and biet2007.covers(cells.columns, quantity):
+    if paper:
         rows = [biet2007.BY_AMPLITUDE[amplitude] for amplitude in amplitudes]
         axes.errorbar(
             # Beside ours, so that neither hides the other.
@@ -158,8 +171,9 @@ def fig15(
             zorder=3,
             label="the paper\u2019s Table III: mean ± SD",
         )
-    low, high = axes.dataLim.y0, axes.dataLim.y1
-    axes.set_ylim(min(0.0, low), high * 1.05 if top is None else max(top, high))
+    highest = max(ends)
+    # Without a value above zero, any end is right.
+    axes.set_ylim(0, (highest * (1.0 if highest == top else 1.05)) or 1.0)
     axes.set_ylabel(f"{capitalised(quantity.perceived)}\n({unit})")
     figure.legend(*axes.get_legend_handles_labels(), loc="outside lower center", ncols=2)
     return figure

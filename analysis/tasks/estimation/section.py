@@ -25,14 +25,13 @@ def estimates(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSection:
     section.blocks.append(arithmetic_table(analysis))
     spread = prepared.logs.std(ddof=1).max()
     here = f" (here up to {spread:.2f})" if spread > 0 else ""
-    section.blocks.append(
-        html.paragraph(
+    if analysis.description["mean_low"].notna().any():
+        text = (
             "Confidence intervals for arithmetic means are too narrow if estimates are skewed: 95 "
             "% intervals contain the true mean in only 90 to 93 % of studies if the standard "
-            f"deviation of natural logarithms is 0.6{here}, and in 82 to 88 % if it is 1.",
-            "note",
+            f"deviation of natural logarithms is 0.6{here}, and in 82 to 88 % if it is 1."
         )
-    )
+        section.blocks.append(html.paragraph(text, "note"))
     section.blocks += html.figure_if_drawn(
         svgs,
         "growth_means",
@@ -89,7 +88,7 @@ def arithmetic_table(analysis: Analysis) -> Markup:
     """Return Table III, with the published values if the paper covers all amplitudes."""
     quantity, convention = analysis.dataset.quantity, analysis.dataset.choices.standard_deviation
     paper = biet2007.BY_AMPLITUDE
-    beside = biet2007.covers(analysis.table3["level"], quantity)
+    beside = analysis.beside_paper
     titles, level = ("Mean", "Max. dev.", "SD"), 100 * analysis.dataset.choices.confidence
     first, interval_of = (quantity.title, quantity.short_unit), ("t-based", f"{level:g} % interval")
     columns = html.columns(first, "n", *titles, interval_of, "Median")

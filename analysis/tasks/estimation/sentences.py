@@ -130,9 +130,16 @@ def linear_trend(found: LinearTrend, confidence: float, quantity: Quantity) -> s
 
 def geometric_means(description: pd.DataFrame, quantity: Quantity) -> str:
     """Return a sentence that lists the geometric means (if many, only the first and the last)."""
-    rows = description[["geometric_mean", "level"]].dropna().to_numpy(float).tolist()
+    names = ["geometric_mean", "level", "geometric_n", "n"]
+    rows = description[names].dropna().to_numpy(float).tolist()
     shown = rows if len(rows) <= MOST_LISTED else [rows[0], rows[-1]]
-    listed = joined([f"{number(mean)} at {quantity.value(level)}" for mean, level in shown])
+    listed = joined(
+        [
+            f"{number(mean)} at {quantity.value(level)}"
+            + (f" (n = {n:g} of {people:g}, without estimates of zero)" if n < people else "")
+            for mean, level, n, people in shown
+        ]
+    )
     if len(rows) == 1:
         return f"The geometric mean of {quantity.judged} was {listed}."
     return f"Geometric means of {quantity.judged} were {listed}."

@@ -77,7 +77,14 @@ def _range(task: TaskThresholds, quantity: Quantity) -> str:
     if not found:
         return "Individual participants"
     low, middle, high = map(significant, (min(found), median(found), max(found)))
-    return f"Individual participants: {low} to {quantity.value(high)}, median {middle}"
+    everyone = len(task.participants)
+    left_out = (
+        f" (n = {len(found)} of {everyone}; without participants whose threshold was not found, so "
+        "this range and median are biased)"
+        if len(found) < everyone
+        else ""
+    )
+    return f"Individual participants: {low} to {quantity.value(high)}, median {middle}{left_out}"
 
 
 def _factors(task: TaskThresholds, quantity: Quantity) -> list[Markup]:

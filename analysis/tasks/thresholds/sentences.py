@@ -207,6 +207,18 @@ def _slopes(joint: PopulationThreshold) -> str:
     return f"one SD of participants' slopes is a factor of {times}"
 
 
+def _no_spread(joint: PopulationThreshold, curve: str) -> str:
+    """Return a clause if the estimated SD of participants' thresholds is 0, its boundary."""
+    decades = CURVES[curve].logarithmic
+    times = 10**joint.sd if decades else 1 + joint.sd / abs(joint.threshold_level.value)
+    if significant(float(times)) != significant(1.0):
+        return ""
+    return (
+        "; the SD of participants' thresholds is estimated as 0, so differences between their "
+        "thresholds were not distinguishable from 0"
+    )
+
+
 def _change(change: float, task: TaskThresholds, quantity: Quantity) -> str:
     if CURVES[task.curve].logarithmic:
         return f"{significant(change)} times as high"
@@ -308,7 +320,7 @@ def remarks(task: TaskThresholds, confidence: float, quantity: Quantity) -> list
         joint = task.population
         parts.append(
             f"In the hierarchical model of {joint.answers} answers, the lapse rate is "
-            f"{100 * joint.lapse:.1f} %; {_slopes(joint)}."
+            f"{100 * joint.lapse:.1f} %; {_slopes(joint)}{_no_spread(joint, task.curve)}."
         )
         parts += [
             f"{capitalised(factor_name(factor.name))} {factor_level(factor.name, each.second)} "

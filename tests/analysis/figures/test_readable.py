@@ -84,6 +84,32 @@ def test_the_growth_of_means_has_intervals_above_zero(logs):
     assert "without estimates of zero" in text
 
 
+LEVELS = [0.0, 0.5, 1.2, 2.3]
+
+
+def test_fig_15_of_estimates_of_zero_has_an_axis_from_zero():
+    (axes,) = fig15(pd.DataFrame(np.zeros((6, 4)), columns=LEVELS), top=None).axes
+    assert axes.get_ylim() == (0, 1)
+
+
+def test_fig_15_shows_each_interval_whole_and_within_possible_means():
+    cells = pd.DataFrame([[10, 30, 70, 98]] * 7 + [[50, 50, 50, 30]], columns=LEVELS)
+    cells += np.arange(8)[:, None] / 10
+    for most, end in ((np.inf, 110.0), (100.0, 100.0)):
+        (axes,) = fig15(cells, most=most).axes
+        bars = axes.containers[0].lines[2][0].get_segments()
+        highest = max(bar[:, 1].max() for bar in bars)
+        assert axes.get_ylim()[1] >= highest
+        assert highest == pytest.approx(end, abs=2)
+
+
+def test_fig_15_of_one_participant_has_no_error_bars_in_its_legend():
+    (axes,) = fig15(pd.DataFrame([[12.5, 25, 62.5, 100]], columns=LEVELS)).axes
+    (ours,) = axes.containers
+    assert not ours.has_yerr
+    assert axes.get_legend_handles_labels()[1] == ["arithmetic mean"]
+
+
 def test_the_growth_of_one_number_has_an_axis():
     figure = growth_means(pd.DataFrame({0.0: [np.log(12)], 0.5: [np.log(12)]}))
     low, high = figure.axes[0].get_ylim()
@@ -93,7 +119,7 @@ def test_the_growth_of_one_number_has_an_axis():
 
 def test_fig_15_gives_each_group_its_own_means(logs):
     groups = pd.Series(["old", "young"] * 4, index=logs.index)
-    assert len(fig15(np.exp(logs), groups=groups).axes[0].containers) == 3  # and the paper
+    assert len(fig15(np.exp(logs), groups=groups).axes[0].containers) == 2
     (axes,) = growth_means(logs, groups=groups).axes
     labels = axes.get_legend_handles_labels()[1]
     assert labels[0] == "geometric mean of old, 95 % within-participant CI"

@@ -32,8 +32,22 @@ def test_one_is_never_a_plural(table_by_hand, page, people, amplitudes):
 @pytest.mark.parametrize(
     "amplitudes, words",
     [
-        ((0, 1), ("For the pair of amplitudes", "(two one-sided tests, p ", "; Bayes factor in")),
-        ((0, 1, 2), ("For all 3 pairs", "(two one-sided tests, all p ", "; all Bayes factors in")),
+        (
+            (0, 1),
+            (
+                "For the pair of amplitudes",
+                "(two one-sided paired t tests of log estimates, p ",
+                "; Bayes factor in",
+            ),
+        ),
+        (
+            (0, 1, 2),
+            (
+                "For all 3 pairs",
+                "(two one-sided paired t tests of log estimates, all p ",
+                "; all Bayes factors in",
+            ),
+        ),
     ],
 )
 def test_the_evidence_that_a_pair_differs_is_one_number_and_of_several_pairs_a_limit(

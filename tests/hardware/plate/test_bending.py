@@ -7,6 +7,7 @@ from scipy.integrate import quad
 from scipy.optimize import brentq
 
 from slipscale.faults import UserError
+from slipscale.hardware.plate import bending
 from slipscale.hardware.plate.beam import BeamSection
 from slipscale.hardware.plate.bending import Bending
 from slipscale.hardware.plate.geometry import Layout
@@ -15,6 +16,19 @@ from slipscale.hardware.plate.paper_study import half_wave_modes
 PAPER = BeamSection.printed()
 BENT = Bending(section=PAPER, half_wave_mm=10.37, voltage_v=15.0)
 x, z = sp.symbols("x z")  # mm
+
+
+@pytest.fixture(autouse=True)
+def _symbols(monkeypatch):
+    """Let symbols through the checks of numbers."""
+    between = bending.between
+    monkeypatch.setattr(
+        bending,
+        "between",
+        lambda name, value, *rest: (
+            value if isinstance(value, sp.Basic) else between(name, value, *rest)
+        ),
+    )
 
 
 def through(in_ceramic, in_resonator):
@@ -93,3 +107,31 @@ def test_the_neutral_line_is_where_the_finite_elements_do_not_move_along_x():
     wide = BeamSection.plane_strain()
     found_mm = brentq(fit, 1.0, 2.5)
     assert found_mm == pytest.approx(wide.neutral_ratio, abs=0.02)
+
+
+@pytest.mark.parametrize(
+    "call, words",
+    [
+        (lambda: BENT.strain(3.5), "z_mm is 3.5 mm"),
+        (lambda: BENT.ceramic_stress_pa(1.5), "ceramic: z_mm is 1.5 mm"),
+        (lambda: BENT.resonator_stress_pa(0.5), "resonator: z_mm is 0.5 mm"),
+        (lambda: BENT.deflection_um(-1), "x_mm is -1 mm"),
+        (lambda: BENT.deflection_um(np.nan), "x_mm is nan mm"),
+        (
+            lambda: Bending(section=PAPER, half_wave_mm=[10, 12], voltage_v=15),
+            r"half_wave_mm is \[10, 12\], expected a number of mm",
+        ),
+        (lambda: PAPER.half_wave_for_frequency_mm([1e4, 2e4]), "expected a number of Hz"),
+        (lambda: PAPER.half_wave_for_amplitude_mm([1, 2], 15), "expected a number of µm peak"),
+        (lambda: PAPER.half_wave_for_amplitude_mm(1, [5, 15]), "expected a number of V"),
+        (lambda: PAPER.timoshenko_half_wave_mm([1e4, 3e4]), r"\[10000.0, 30000.0\], expected"),
+    ],
+)
+def test_values_outside_the_section_are_refused(call, words):
+    with pytest.raises(UserError, match=words):
+        call()
+
+
+def test_the_amplification_does_not_depend_on_the_voltage():
+    still = Bending(section=PAPER, half_wave_mm=10.37, voltage_v=0)
+    assert still.quality_factor == pytest.approx(PAPER.quality_factor, rel=1e-12)

@@ -1,5 +1,6 @@
 """The film's closed forms, put into the equations that they solve."""
 
+import re
 from functools import partialmethod
 
 import numpy as np
@@ -7,6 +8,7 @@ import pytest
 import sympy as sp
 from scipy.integrate import quad
 
+from slipscale.faults import UserError
 from slipscale.stimuli.film import infinite_squeeze as film
 from slipscale.stimuli.film.reynolds import WorkingPoint, solve
 from slipscale.stimuli.film.squeeze_film import Finger, gap, mean_overpressure, mean_pressure
@@ -24,6 +26,14 @@ def _symbols(monkeypatch):
     for function in (sp.cos, sp.sin, sp.sqrt):
         method = partialmethod(lambda each, apply: apply(each), function)
         monkeypatch.setattr(sp.Expr, function.__name__, method, raising=False)
+    checked = film._checked
+    monkeypatch.setattr(
+        film,
+        "_checked",
+        lambda given: (
+            given if any(isinstance(each, sp.Basic) for each in given.values()) else checked(given)
+        ),
+    )
 
 
 def is_zero(expression):
@@ -107,3 +117,24 @@ def test_the_reynolds_equation_approaches_the_closed_form_for_large_squeeze_numb
         ratios.append(solve(point).overpressure / closed)
     assert ratios == sorted(ratios)
     assert 0.9 < ratios[-1] < 1
+
+
+@pytest.mark.parametrize(
+    "call, words",
+    [
+        (lambda: film.pressure(0, 0.2, 0.6, 0.5, 10), "1 - eps - delta, is -0.1 of the mean gap"),
+        (lambda: film.pressure(0, 0.2, -0.1, 0.5, 10), "eps is -0.1 of the mean gap"),
+        (lambda: film.pressure(0, np.nan, 0.1, 0.5, 10), "phase is nan rad"),
+        (lambda: film.psi(0.6, 0.1, 0.5, 10), "x is 0.6 l0"),
+        (lambda: film.k1_of_edge(1, 1.0, 2 * np.pi), "1 - eps - delta, is 0 of the mean gap"),
+        (lambda: film.thickness("a", 0, 0.1, 0.5, 10), "x is 'a', expected a number of l0"),
+    ],
+)
+def test_arguments_outside_their_domain_are_refused(call, words):
+    with pytest.raises(UserError, match=re.escape(words)):
+        call()
+
+
+def test_lists_are_arrays():
+    found = film.pressure([0, 0.1], 0.2, 0.2, 0.3, 10)
+    assert found == pytest.approx([film.pressure(x, 0.2, 0.2, 0.3, 10) for x in (0, 0.1)])
