@@ -94,7 +94,7 @@ KEYS: Mapping[str, str] = {
 }
 #: Levels of protocols that cannot begin at 0.
 ABOVE_ZERO = ("matching", "magnitude_production", "ratio_to_standard")
-DIFFERED = re.compile(r"\b(differed|differ|was larger|rose|fell|was biased|had an effect)\b")
+DIFFERED = re.compile(r"\b(differed|differ|was larger|rose|was biased|had an effect)\b")
 #: Keys of the estimate beside an interval that is called only "interval".
 ESTIMATES = ("mean", "value", "exponent", "ratio", "level", "d_prime", "half_yes", "yes")
 #: Tests of something that is true although levels do not matter: a mean against 0, equivalence.
