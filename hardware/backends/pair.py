@@ -95,7 +95,9 @@ class PlatePair(PlateDriver):
 
     def _drive(self, level: float) -> Presentation:
         second = self.second.present(VirtualSurface(level=self.second_level))
+        self.first.attend()  # Commands to a slow instrument can take seconds.
         made = self.first.present(VirtualSurface(level=level))
+        self.second.attend()
         return replace(made, second_readback_level=second.readback.level)
 
     def _read_back(self) -> Readback:

@@ -120,6 +120,10 @@ class GuardedOutput(ABC):
             raise ConnectionLost(guards.ENDED)
         return self._guard.call(method, *words)
 
+    def attend(self) -> None:
+        """Record that the session was alive, although it neither commanded nor checked."""
+        self._seen_s = self._lived_s()
+
     def silence(self) -> None:
         """Stop the vibration; safe to call at any time, in any state and repeatedly.
 

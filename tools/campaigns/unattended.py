@@ -288,6 +288,8 @@ def once(device: str, cause: str, context: ForkServerContext) -> float:
             until_s = time.monotonic() + PATIENCE_S
             while not record()[-1][1] and time.monotonic() < until_s:
                 time.sleep(0.001)  # A ramp or a gap of the sound; only what is on can stay on.
+            if not process.is_alive():  # A busy machine can end a session with a fault.
+                return once(device, cause, context)
             began_s = time.monotonic()
             CAUSES[cause](process, here, master)
             # The kernel ends a process without memory later than this process asked for it.
