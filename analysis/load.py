@@ -39,8 +39,8 @@ from slipscale.analysis.reading.labelled_tasks import (
     read_others,
     with_people,
 )
-from slipscale.analysis.reading.mapping import NAME, TableMapping, beside
-from slipscale.analysis.reading.meaning import mapping_of
+from slipscale.analysis.reading.meaning.keywords import mapping_of
+from slipscale.analysis.reading.meaning.mapping import NAME, TableMapping, beside
 from slipscale.analysis.reading.suspicions import notes_on_answers
 from slipscale.analysis.reading.table_by_hand import read_table
 from slipscale.analysis.reading.trial_tables import BLOCK, ESTIMATION, IDENTITY, factor_columns
@@ -91,7 +91,7 @@ def load(
     **columns
         Meaning of the columns, with the names of the options of ``slipscale analyse``, instead of a
         mapping: ``participant="who", stimulus="level:mm", answer="correct", alternatives=2``; see
-        `slipscale.analysis.reading.meaning.mapping_of`.
+        `slipscale.analysis.reading.meaning.keywords.mapping_of`.
 
     Raises
     ------

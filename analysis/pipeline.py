@@ -17,7 +17,7 @@ from slipscale.analysis.load import Data, load
 from slipscale.analysis.preprocessing import data_quality, data_warnings, normalisation, sessions
 from slipscale.analysis.preprocessing.log_transform import Prepared, prepare
 from slipscale.analysis.reading.dataset import Dataset
-from slipscale.analysis.reading.meaning import mapping_of
+from slipscale.analysis.reading.meaning.keywords import mapping_of
 from slipscale.analysis.reporting.individuals import individuals
 from slipscale.analysis.reporting.notebook import DisplayedAnalysis
 from slipscale.analysis.statistics import descriptives

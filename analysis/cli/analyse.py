@@ -115,15 +115,16 @@ def analysed(args: Namespace, progress: Callable[[str], None]) -> Analysis:
     from slipscale.analysis.load import load
     from slipscale.analysis.pipeline import analyse
     from slipscale.analysis.preprocessing.sessions import only_session
-    from slipscale.analysis.reading import mapping as mappings
-    from slipscale.analysis.reading.foreign.proposal import refuse_unknown
+    from slipscale.analysis.reading.foreign.proposal import proposal_for
+    from slipscale.analysis.reading.meaning import mapping as mappings
 
     progress("reading the data")
     paths = paths_of(args)
     LOG.info("reading %s", ", ".join(map(str, paths)))
     mapping = mapping_from(args)
-    if mapping is None:
-        refuse_unknown(paths)
+    if mapping is None and (found := proposal_for(paths)) is not None:
+        print(harmless(str(found)))
+        raise found.refusal
     data = load(paths, mapping, task=args.task)
     if args.in_session:
         data = only_session(data, args.in_session)
@@ -183,7 +184,7 @@ def run_analyse(args: Namespace) -> int:
 def held_against(bundle: Bundle, analysis: Analysis, args: Namespace) -> Analysis:
     """Compare an analysis with a frozen plan; return the analysis with its deviations."""
     from slipscale.analysis.preregistration.check import check_plan
-    from slipscale.analysis.reading.meaning import MEANINGS
+    from slipscale.analysis.reading.meaning.keywords import MEANINGS
 
     named = ("in_session", "task", *MEANINGS)
     given = [f"--{name.replace('_', '-')}" for name in named if getattr(args, name)]

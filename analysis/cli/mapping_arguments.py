@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from slipscale.faults import UserError
 
 if TYPE_CHECKING:
-    from slipscale.analysis.reading.mapping import TableMapping
+    from slipscale.analysis.reading.meaning.mapping import TableMapping
 
 #: Options that specify the columns of a table: option -> metavar, help text.
 COLUMN_OPTIONS = {
@@ -162,7 +162,7 @@ def mapping_from(args: Namespace) -> TableMapping | None:
     UserError
         If the options contradict each other.
     """
-    from slipscale.analysis.reading.meaning import MEANINGS, mapping_of
+    from slipscale.analysis.reading.meaning.keywords import MEANINGS, mapping_of
 
     given = {
         name: value

@@ -24,7 +24,7 @@ from slipscale.analysis.reading.programs.records import as_text
 from slipscale.faults import UserError
 
 if TYPE_CHECKING:
-    from slipscale.analysis.reading.mapping import AnswerWords
+    from slipscale.analysis.reading.meaning.mapping import AnswerWords
 
 #: Codes in tables written by Slipscale.
 TRUE, FALSE = frozenset({"yes", "true", "1", "1.0"}), frozenset({"no", "false", "0", "0.0"})

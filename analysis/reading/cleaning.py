@@ -30,7 +30,7 @@ from slipscale.faults import UserError
 from slipscale.stimuli.quantity import DIGITS, PLATE_AMPLITUDE, Quantity
 
 if TYPE_CHECKING:
-    from slipscale.analysis.reading.mapping import AnswerWords
+    from slipscale.analysis.reading.meaning.mapping import AnswerWords
 
 PHASES = (MAIN, PRACTICE)
 #: Block numbers are labels and may be words.

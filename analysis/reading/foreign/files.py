@@ -27,7 +27,7 @@ from slipscale.faults.folders import visible
 
 if TYPE_CHECKING:
     from slipscale.analysis.reading.foreign.layouts.layout import Layout
-    from slipscale.analysis.reading.mapping import TableMapping
+    from slipscale.analysis.reading.meaning.mapping import TableMapping
 
 #: Names of tables in a folder, and the parts of these names that are used.
 BIDS_TABLE = re.compile(r"sub-[^_]+(_[^_]+)*_(beh|events)\.tsv")

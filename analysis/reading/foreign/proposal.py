@@ -19,17 +19,17 @@ import pandas as pd
 
 from slipscale.analysis.reading.cells import cell, listed
 from slipscale.analysis.reading.cleaning import as_numbers
-from slipscale.analysis.reading.delimited import STANDARD_INPUT, Problems
+from slipscale.analysis.reading.delimited import Problems
 from slipscale.analysis.reading.foreign.files import BIDS_TABLE, in_folder
 from slipscale.analysis.reading.foreign.presets import columns_of, preset_of
-from slipscale.analysis.reading.mapping import beside
+from slipscale.analysis.reading.meaning.mapping import beside
 from slipscale.analysis.reading.table_by_hand import read_table
 from slipscale.experiments.dataset.schema import PARTICIPANT
 from slipscale.faults import UserError
 from slipscale.faults.folders import visible
 
 #: Columns of a table that need no options.
-OWN = frozenset({PARTICIPANT, "amplitude_um_pp", "estimate"})
+OWN = (PARTICIPANT, "amplitude_um_pp", "estimate")
 #: Largest number of values that are listed, and of levels.
 LISTED, MOST_LEVELS = 8, 30
 #: Smallest number of levels.
@@ -84,6 +84,8 @@ class Proposal:
 
     Parameters
     ----------
+    tables : tuple of Path
+        The tables, of which the first is described.
     program : str
         Program that wrote the table; empty if it is unknown.
     rows : int
@@ -94,40 +96,42 @@ class Proposal:
         What is unknown, with the candidates.
     """
 
+    tables: tuple[Path, ...]
     program: str
     rows: int
     columns: tuple[Column, ...]
     command: str
     questions: tuple[str, ...]
 
+    def __str__(self) -> str:
+        """Return the description and the questions, one per line."""
+        many = f", the first of {len(self.tables)} tables" if len(self.tables) > 1 else ""
+        by = f", {self.program}" if self.program else ""
+        head = f"{self.tables[0].name}{many}: {self.rows} rows{by}"
+        return "\n".join([head, *(f"  {column}" for column in self.columns), *self.questions])
 
-def refuse_unknown(paths: Sequence[Path]) -> None:
-    """Raise a `UserError` with a description and a proposal, unless the data need no options."""
-    tables = [path for path in paths if path.is_file() or path == STANDARD_INPUT]
+    @property
+    def refusal(self) -> UserError:
+        """The error that asks for options."""
+        return UserError(
+            "{path}: no columns {own}, and no options state what the columns mean; expected "
+            "options, for example: {command}",
+            path=self.tables[0],
+            own=", ".join(OWN),
+            command=self.command,
+        )
+
+
+def proposal_for(paths: Sequence[Path]) -> Proposal | None:
+    """Describe the first of several tables; return None if the data need no options."""
+    tables = [path for path in paths if path.is_file()]
     for path in paths:
         if path.is_dir() and not any(visible(path, "sub-*/**/*.tsv")):
             tables += in_folder(path, Problems()) if _has_tables(path) else []
-    if not tables or STANDARD_INPUT in tables or beside(paths[0]) is not None:
-        return
+    if not tables or beside(paths[0]) is not None:
+        return None
     frame = _cells(tables[0])
-    if set(frame.columns) >= OWN:
-        return
-    found = propose(frame, paths, several=len(tables) > 1)
-    many = f", the first of {len(tables)} tables" if len(tables) > 1 else ""
-    by = f", {found.program}" if found.program else ""
-    lines = "".join(f"\n  {column}" for column in found.columns)
-    asked = "".join(f"\n{question}" for question in found.questions)
-    raise UserError(
-        "{path}{many}: {rows} rows{by}{lines}\nNo options state what the columns mean.{asked}\n"
-        "Expected options, for example: {command}",
-        path=tables[0],
-        many=many,
-        rows=found.rows,
-        by=by,
-        lines=lines,
-        asked=asked,
-        command=found.command,
-    )
+    return None if set(OWN) <= set(frame.columns) else propose(frame, paths, tables)
 
 
 def _has_tables(folder: Path) -> bool:
@@ -173,7 +177,7 @@ def _column(name: str, cells: pd.Series[Any]) -> Column:
     )
 
 
-def propose(frame: pd.DataFrame, paths: Sequence[Path], *, several: bool) -> Proposal:
+def propose(frame: pd.DataFrame, paths: Sequence[Path], tables: Sequence[Path]) -> Proposal:
     """Propose options for a table, or for several with the same columns."""
     columns = describe(frame)
     names = [column.name for column in columns]
@@ -184,7 +188,7 @@ def propose(frame: pd.DataFrame, paths: Sequence[Path], *, several: bool) -> Pro
     questions: list[str] = []
     if people := likely.pop("participant", []):
         options += ["--participant", people[0]]
-    elif several:
+    elif len(tables) > 1:
         options += ["--participant-from-name"]
     if square := _square(frame):
         options += ["--matrix", square]
@@ -197,6 +201,7 @@ def propose(frame: pd.DataFrame, paths: Sequence[Path], *, several: bool) -> Pro
         options += _answers(likely, [c for c in columns if c.name in used], questions)
     files = [path.name if path.parent == Path() else str(path) for path in paths]
     return Proposal(
+        tables=tuple(tables),
         program=preset.name,
         rows=len(frame),
         columns=columns,

@@ -23,7 +23,7 @@ from slipscale.experiments.dataset.schema import PARTICIPANT
 from slipscale.faults import UserError
 
 if TYPE_CHECKING:
-    from slipscale.analysis.reading.mapping import TableMapping
+    from slipscale.analysis.reading.meaning.mapping import TableMapping
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

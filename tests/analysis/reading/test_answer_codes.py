@@ -10,7 +10,7 @@ from scipy import stats
 from slipscale import commands
 from slipscale.analysis.load import load
 from slipscale.analysis.pipeline import analyse
-from slipscale.analysis.reading.mapping import parse_mapping
+from slipscale.analysis.reading.meaning.mapping import parse_mapping
 from slipscale.analysis.reporting.sections.summary import answers
 from slipscale.analysis.tasks.thresholds.statistics import THRESHOLDS
 from slipscale.faults import UserError

@@ -13,8 +13,8 @@ from scipy.io import savemat
 
 from slipscale.analysis.load import load
 from slipscale.analysis.pipeline import analyse
-from slipscale.analysis.reading.mapping import beside, parse_mapping, write_mapping
-from slipscale.analysis.reading.units import factor
+from slipscale.analysis.reading.meaning.mapping import beside, parse_mapping, write_mapping
+from slipscale.analysis.reading.meaning.units import factor
 from slipscale.analysis.tasks.difference.yes_no import step_sizes
 from slipscale.faults import UserError
 
@@ -191,7 +191,7 @@ def test_a_second_factor_within_participants_is_analysed_one_condition_at_a_time
         load(path, mapping(group="ear"))
     assert len(load(path, mapping(table={"only": {"ear": "left"}})).estimates) == 12
     for wrong in ("right", ["left", "right"]):
-        with pytest.raises(UserError, match="no row has 'right' in column ear; found both, left"):
+        with pytest.raises(UserError, match="no row has 'right' in column ear; expected one of both, left"):
             load(path, mapping(table={"only": {"ear": wrong}}))
     assert len(load(path, mapping(table={"only": {"ear": ["left", "both"]}})).estimates) == 24
 

@@ -34,14 +34,14 @@ from slipscale.analysis.reading.foreign.layouts.layout import (
     ESTIMATES,
     Rows,
 )
+from slipscale.analysis.reading.meaning.units import column_name
 from slipscale.analysis.reading.table_lines import listed_lines
 from slipscale.analysis.reading.trial_tables import BLOCK, FACTOR, SERIES
-from slipscale.analysis.reading.units import column_name
 from slipscale.experiments.dataset.schema import PARTICIPANT
 from slipscale.faults import UserError
 
 if TYPE_CHECKING:
-    from slipscale.analysis.reading.mapping import TableMapping
+    from slipscale.analysis.reading.meaning.mapping import TableMapping
     from slipscale.stimuli.quantity import Quantity
 
 LOGARITHMIC = re.compile(r"\bdb|decibel|\blog", re.IGNORECASE)

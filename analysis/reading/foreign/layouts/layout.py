@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
     from slipscale.analysis.reading.delimited import Problems, Source
-    from slipscale.analysis.reading.mapping import TableMapping
+    from slipscale.analysis.reading.meaning.mapping import TableMapping
 
 #: Kinds of trials (see `slipscale.analysis.reading.labelled_tasks.TaskTrials`).
 ESTIMATES, DIFFERENCES, CHOICES = "estimates", "differences", "forced_choices"

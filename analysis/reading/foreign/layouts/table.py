@@ -1,7 +1,7 @@
 """List how the layouts of tables are read, keyed by the name of their rule.
 
 To support another layout, write a module, add a line to `LAYOUTS`, and add its options to
-`slipscale.analysis.reading.layout_rules`.
+`slipscale.analysis.reading.meaning.layout_rules`.
 """
 
 from __future__ import annotations
@@ -18,10 +18,10 @@ from slipscale.analysis.reading.foreign.layouts import (
 )
 from slipscale.analysis.reading.foreign.layouts.answers import convert_trials
 from slipscale.analysis.reading.foreign.layouts.layout import Layout
-from slipscale.analysis.reading.layout_rules import rule_of
+from slipscale.analysis.reading.meaning.layout_rules import rule_of
 
 if TYPE_CHECKING:
-    from slipscale.analysis.reading.mapping import TableMapping
+    from slipscale.analysis.reading.meaning.mapping import TableMapping
 
 LAYOUTS = {
     "a square table": Layout(everything=True, reshape=matrix.reshape, convert=matrix.convert),

@@ -11,7 +11,7 @@ import pytest
 from slipscale import commands
 from slipscale.analysis.load import load
 from slipscale.analysis.reading.foreign.names import people_in_names
-from slipscale.analysis.reading.mapping import parse_mapping
+from slipscale.analysis.reading.meaning.mapping import parse_mapping
 from slipscale.faults import UserError
 
 pytestmark = pytest.mark.usefixtures("without_models")

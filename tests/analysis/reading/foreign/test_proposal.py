@@ -8,8 +8,7 @@ import pytest
 
 from slipscale import commands
 from slipscale.analysis.reading.foreign.presets import PRESETS, preset_of
-from slipscale.analysis.reading.foreign.proposal import propose, refuse_unknown
-from slipscale.faults import UserError
+from slipscale.analysis.reading.foreign.proposal import proposal_for, propose
 
 pytestmark = pytest.mark.usefixtures("without_models")
 
@@ -23,8 +22,7 @@ TRIALS = pd.DataFrame(
 )
 
 
-def options(frame, *, several=False):
-    return propose(frame, [Path("data.csv")], several=several).command
+DATA = [Path("data.csv")]
 
 
 @pytest.mark.parametrize(
@@ -66,15 +64,15 @@ def options(frame, *, several=False):
     ],
 )
 def test_what_a_table_reveals_is_proposed(frame, expected):
-    assert options(frame) == f"slipscale analyse data.csv {expected} --map"
+    assert propose(frame, DATA, DATA).command == f"slipscale analyse data.csv {expected} --map"
 
 
 def test_what_a_table_does_not_reveal_is_asked_for_with_the_candidates():
-    found = propose(TRIALS.assign(other=[1, 2, 3] * 8), [Path("data.csv")], several=False)
+    found = propose(TRIALS.assign(other=[1, 2, 3] * 8), DATA, DATA)
     assert found.questions == (
         "Which column contains the levels (--stimulus)? size (1, 2, 4, 8), other (1, 2, 3).",
     )
-    found = propose(TRIALS[["size"]], [Path("data.csv")], several=True)
+    found = propose(TRIALS[["size"]], DATA, DATA * 2)
     assert "--participant-from-name" in found.command
     assert found.questions[0].startswith("Which column contains the answers")
 
@@ -90,10 +88,10 @@ def test_the_proposed_command_works(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     TRIALS.to_csv("data.csv", index=False)
     assert commands.main(["analyse", "data.csv"]) == 2
-    said = capsys.readouterr().err
+    said, refusal = capsys.readouterr()
     assert "size: 1 to 8, 4 values (1, 2, 4, 8)" in said
     assert "felt: text, 2 values (" in said
-    command = said.partition("for example: ")[2]
+    command = refusal.partition("for example: ")[2]
     assert commands.main([*shlex.split(command)[1:], "--out", "results"]) == 0
     assert commands.main(["analyse", "data.csv", "--out", "results"]) == 0
 
@@ -101,8 +99,6 @@ def test_the_proposed_command_works(tmp_path, monkeypatch, capsys):
 def test_a_folder_of_tables_is_described_by_its_first_one(tmp_path):
     for who in "ab":
         TRIALS.drop(columns="who").to_csv(tmp_path / f"{who}.csv", index=False)
-    with pytest.raises(
-        UserError, match=r"the first of 2 tables: 24 rows(.|\n)*-from-name"
-    ) as error:
-        refuse_unknown([tmp_path])
-    assert "size: 1 to 8" in str(error.value)
+    found = proposal_for([tmp_path])
+    assert str(found).startswith("a.csv, the first of 2 tables: 24 rows\n  size: 1 to 8")
+    assert "--participant-from-name --stimulus size --answer felt" in str(found.refusal)

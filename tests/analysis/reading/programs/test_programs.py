@@ -15,7 +15,7 @@ from scipy.io import savemat
 
 from slipscale import commands
 from slipscale.analysis.load import load
-from slipscale.analysis.reading.mapping import parse_mapping
+from slipscale.analysis.reading.meaning.mapping import parse_mapping
 from slipscale.analysis.reading.programs import e_prime, jspsych, qualtrics
 from slipscale.analysis.reading.programs.table import Wanted, program_of
 from slipscale.faults import UserError

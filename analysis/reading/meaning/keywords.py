@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Mapping, Sequence
 
-from slipscale.analysis.reading.mapping import Columns, TableMapping, parse_mapping
+from slipscale.analysis.reading.meaning.mapping import Columns, TableMapping, parse_mapping
 from slipscale.faults import UserError
 
 ANSWERS = ("yes", "no", "missing", "alternatives")

@@ -17,8 +17,8 @@ from pydantic import (
     model_validator,
 )
 
-from slipscale.analysis.reading.layout_rules import rule_of
-from slipscale.analysis.reading.units import column_name, factor
+from slipscale.analysis.reading.meaning.layout_rules import rule_of
+from slipscale.analysis.reading.meaning.units import column_name, factor
 from slipscale.experiments.study.analysis_choices import AnalysisChoices
 from slipscale.faults import UserError
 from slipscale.faults.frozen_table import FrozenTable
@@ -251,7 +251,7 @@ class TableMapping(FrozenTable):
 
     @property
     def given(self) -> list[str]:
-        """The options that describe the layout (see `slipscale.analysis.reading.layout_rules`)."""
+        """The options that describe the layout; see `analysis.reading.meaning.layout_rules`."""
         own = {"header", "participant_from_name"}
         return [
             *self.columns.named,
