@@ -25,18 +25,20 @@ if TYPE_CHECKING:
 
 #: Fill colours of the resonator and of ceramics with polarity +1 and -1.
 METAL, PLUS, MINUS = "#E8C39E", "#9CC3DE", "#D7E7F2"
-WHITE = {"facecolor": "white", "edgecolor": "none", "pad": 1.0, "alpha": 0.8}
 #: Parts of the bench: centre, name, part of Slipscale.
 BENCH = (
     ((0.13, 0.78), "participant,\nclosed headphones", "screen, questions, masking noise"),
     ((0.5, 0.78), "box with a rectangular\nopening", "contact: position and force"),
     ((0.87, 0.78), "tactile plate", "plate file, calibration, limits"),
     ((0.13, 0.24), "experimenter", "study, session, journal"),
-    ((0.5, 0.24), "voltage source at the\nresonance frequency", "plate driver and backend"),
-    ((0.87, 0.24), "laser vibrometer", "readback, resonance tracking"),
+    (
+        (0.87, 0.24),
+        "voltage source at the\nresonance frequency",
+        "plate driver and backend, readback",
+    ),
 )
 #: Pairs of parts, as indices of `BENCH`, that act on each other.
-LINKS = ((0, 1), (1, 2), (3, 4), (4, 2), (2, 5), (3, 0))
+LINKS = ((0, 1), (1, 2), (3, 4), (4, 2), (3, 0))
 
 
 def _box(axes: Axes, corner: tuple[float, float], size: tuple[float, float], colour: str) -> None:
@@ -92,14 +94,14 @@ def profile_figure() -> Figure:
     axes.fill_between(x, skin, 190, color="#F2D6C4", linewidth=0)
     axes.plot(x, skin, color=VERMILION)
     axes.fill_between(x, -40, 0, color=METAL, linewidth=0)
-    axes.text(0, 150, "finger", ha="center")
+    axes.text(0, 160, "finger", ha="center")
     axes.text(0, -26, "plate", ha="center")
     for start, end, text, at in (
-        ((-period / 2, 55), (period / 2, 55), f"L = {period:g} µm", (0, 62)),
-        ((period, 0), (period, height), f"2h_e = {height:g} µm", (period + 10, 45)),
+        ((-period / 2, 112), (period / 2, 112), f"L = {period:g} µm", (0, 124)),
+        ((period, 0), (period, height), f"2h_e = {height:g} µm", (period, 108)),
     ):
         axes.annotate("", xy=end, xytext=start, arrowprops={"arrowstyle": "<->", "color": INK})
-        axes.text(*at, text, ha="center" if at[0] == 0 else "left", color=INK, bbox=WHITE)
+        axes.text(*at, text, ha="center", color=INK)
     axes.set(
         xlabel="x (µm)",
         ylabel="z (µm)",
@@ -166,24 +168,39 @@ def bending_figure() -> Figure:
 
 @styled
 def mesh_figure() -> Figure:
-    """Return Fig. 10: the mesh of the finite-element model, of which a quarter is solved."""
+    """Return Fig. 10: the elements of the finite-element model, of which a quarter is solved."""
     from slipscale.hardware.plate.finite_elements import assemble
 
-    parts = assemble(Layout.prototype(), DEFAULT)
+    layout = Layout.prototype()
+    parts = assemble(layout, DEFAULT)
     figure, (above, side) = canvas(
         2, 1, (6.6, 5.2), sharex=True, gridspec_kw={"height_ratios": (5, 1.3)}
     )
-    x, y, z = parts.nodes / MILLI
-    for axes, other, plane in (
-        (above, y, np.isclose(z, z.max())),
-        (side, z, np.isclose(y, y.min())),
-    ):
-        axes.plot(x[plane], other[plane], ".", color=BLUE, markersize=2)
+    # Every second coordinate is an edge of an element; the others are nodes in the middle of edges.
+    x, y, z = (np.unique(np.round(each / MILLI, 6))[::2] for each in parts.nodes)
+    hp, top = layout.ceramic_thickness_mm, float(z[-1])
+    _box(above, (0, 0), (x[-1], y[-1]), METAL)
+    _box(side, (0, hp), (x[-1], top - hp), METAL)
+    for patch in layout.patches:
+        (left, right), (low, high) = (np.maximum(patch.region.span_mm(axis), 0) for axis in (0, 1))
+        if right == 0 or high == 0:
+            continue
+        _box(above, (left, low), (right - left, high - low), PLUS)
+        if low == 0:
+            _box(side, (left, 0), (right - left, hp), PLUS)
+            side.vlines(x[(x > left) & (x < right)], 0, hp, color=INK, linewidth=0.4)
+    above.vlines(x, 0, y[-1], color=INK, linewidth=0.4)
+    above.hlines(y, 0, x[-1], color=INK, linewidth=0.4)
+    side.vlines(x, hp, top, color=INK, linewidth=0.4)
+    side.hlines(z[z >= hp], 0, x[-1], color=INK, linewidth=0.4)
+    for axes in (above, side):
         axes.set_aspect("equal")
         axes.grid(visible=False)
-    above.set(ylabel="y (mm)", title="Nodes of the quarter that is solved: touch surface")
+    above.set(ylabel="y (mm)", title="Elements of the quarter that is solved; blue: over a ceramic")
     side.set(
-        xlabel="x (mm)", ylabel="z (mm)", title="At y = 0: ceramics and gaps below, resonator above"
+        xlabel="x (mm)",
+        ylabel="z (mm)",
+        title="At y = 0: ceramics (blue) with gaps below, resonator above",
     )
     return figure
 

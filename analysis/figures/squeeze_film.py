@@ -67,9 +67,9 @@ def film_figure() -> Figure:
     upper.plot(x, thickness, color=VERMILION)
     upper.fill_between(x, 0, floor, color="#D8E6F0", linewidth=0)
     upper.axhline(floor, color=BLUE, linewidth=1)
-    upper.text(0.02, 60, "film", ha="center", color=INK)
+    upper.text(0, 60, "film", ha="center", color=INK)
     upper.text(0.35 / 2, 108, "finger", ha="center", color=INK)
-    note(upper, "h_r + h_vib", (-0.98, 32), (-0.9, floor))
+    upper.text(0, floor + 4, "h_r + h_vib", ha="center", color=INK, fontsize=8)
     upper.set(
         ylabel="Film thickness (µm)",
         ylim=(0, 115),
@@ -82,7 +82,7 @@ def film_figure() -> Figure:
         WorkingPoint(amplitude_um_peak=vibration, roughness_um=roughness, frequency_hz=40_000)
     )
     at = state.position * FINGER.contact_length_mm
-    lower.plot(x, closed, color=BLUE, label="closed form, equation (11), from the paper")
+    lower.plot(x, closed, color=BLUE, label="closed form, equation (13), from the paper")
     lower.plot(
         np.concatenate([-at[::-1], at]),
         np.concatenate([state.mean_pressure[::-1], state.mean_pressure]),
@@ -92,13 +92,12 @@ def film_figure() -> Figure:
     )
     lower.axhline(1 + finger_pressure, color=GREY, linestyle=":", linewidth=1.2)
     lower.text(
-        1.04,
+        0.7,
         1 + finger_pressure + 0.006,
         "finger, 0.5 N",
-        ha="right",
+        ha="center",
         color=GREY,
         fontsize=9,
-        bbox={"facecolor": "white", "edgecolor": "none", "pad": 1.0, "alpha": 0.85},
     )
     lower.set(
         xlabel="Position under the finger, from its centre (mm)",

@@ -57,7 +57,7 @@ def new(path: Path, template: str, title: str, authors: tuple[str, ...] = ()) ->
     document["name"] = _label(path.stem)
     document["title"] = title
     document["authors"] = list(authors)
-    began = f"# Based on the study '{template}':\n"
+    began = f"# Based on the study '{template}', which is described as follows:\n"
     write_file(path, f"#:schema {SCHEMA_FILE}\n{began}{tomlkit.dumps(document)}")
     write_file(path.with_name(SCHEMA_FILE), schema())
     edit = "edit it" if authors else "enter its authors and edit it"

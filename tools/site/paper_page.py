@@ -101,7 +101,11 @@ SENTENCES: tuple[tuple[str, str], ...] = (
     ),
     (
         "Everyone wears closed headphones, which mask the sound of friction.",
-        "Masking noise plays in the headphones (`masking_noise`). The paper mentions no noise.",
+        (
+            "Masking noise plays in the headphones if there is a sound device (`masking_noise` "
+            "with `required = false`); otherwise, as in a pilot, the journal records that it is "
+            "absent. The paper mentions no noise."
+        ),
     ),
     (
         "The hand is in a box, with the elbow in front of the opening.",
@@ -110,8 +114,8 @@ SENTENCES: tuple[tuple[str, str], ...] = (
     (
         "The index finger strokes the plate backwards, in a straight line.",
         (
-            "The instructions describe the movement. With a contact sensor, position and force "
-            "are recorded."
+            "The instructions ask for a backward motion of the index finger, but not for a "
+            "straight line. With a contact sensor, position and force are recorded."
         ),
     ),
     (

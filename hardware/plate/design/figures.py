@@ -100,11 +100,15 @@ def frequency_figure(
     axes.axhline(floor_hz / 1e3, color=GREY, linestyle=":", linewidth=1.2)
     axes.text(20.9, floor_hz / 1e3 + 0.7, f"{floor_hz / 1e3:.3g} kHz", ha="right", color=GREY)
     if least_mm is not None:
-        most = half_wave[wide.timoshenko_frequency_hz(half_wave) >= floor_hz]
-        if most.size and most[-1] > least_mm:
-            axes.axvspan(max(least_mm, 8), most[-1], color="#E3F1EA", zorder=0)
+        most = wide.timoshenko_half_wave_mm(floor_hz)
+        if most > max(least_mm, 8):
+            axes.axvspan(max(least_mm, 8), most, color="#E3F1EA", zorder=0)
             axes.text(
-                (max(least_mm, 8) + most[-1]) / 2, 2.0, "admissible", ha="center", color=GREEN
+                (max(least_mm, 8) + most) / 2,
+                2.0,
+                f"admissible to {most:.2f} mm\n(Timoshenko)",
+                ha="center",
+                color=GREEN,
             )
     axes.set(
         xlabel="Half-wavelength λ/2 (mm)",

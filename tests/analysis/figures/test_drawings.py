@@ -1,5 +1,7 @@
 """The drawings of the paper's plate, finger and mode show the models' numbers."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 
@@ -36,3 +38,16 @@ def test_every_figure_of_the_paper_is_drawn():
     drawn = {name for source in comparison.sources() for name in source.FIGURES}
     assert {f"fig{number}" for number in range(1, 16)} <= drawn
     assert set(drawings.DRAWINGS) <= drawn
+
+
+def test_the_mesh_shows_the_gaps_between_ceramics():
+    above, side = drawings.mesh_figure().axes
+    # A quarter has 4 x 3 ceramics, half of which are cut by the planes of symmetry.
+    assert len(above.patches) == 1 + 4 * 3
+    ceramics = [patch.get_xy()[:, 0] for patch in side.patches[1:]]
+    gaps = [right.min() - left.max() for left, right in pairwise(ceramics)]
+    assert gaps == pytest.approx([1.0, 1.0, 1.0])
+
+
+def test_the_set_up_of_the_experiment_has_no_vibrometer():
+    assert not any("vibrometer" in name for _, name, _ in drawings.BENCH)
