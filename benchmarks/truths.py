@@ -96,7 +96,7 @@ KEYS: Mapping[str, str] = {
 ABOVE_ZERO = ("matching", "magnitude_production", "ratio_to_standard")
 DIFFERED = re.compile(r"\b(differed|differ|was larger|rose|was biased|had an effect)\b")
 #: Keys of the estimate beside an interval that is called only "interval".
-ESTIMATES = ("mean", "value", "exponent", "ratio", "level", "d_prime", "half_yes", "yes")
+ESTIMATES = ("mean", "value", "exponent", "ratio", "level", "d_prime", "half_yes")
 #: Tests of something that is true although levels do not matter: a mean against 0, equivalence.
 TRUE_ANYWAY = re.compile(
     r"throughput|movement_time|error_share|intercept|(as|des)cending_level|equivalence"
