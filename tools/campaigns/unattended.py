@@ -1,6 +1,6 @@
 """End sessions without warning at random moments, and measure how long the output stays on.
 
-Usage: ``python -m tools.campaigns unattended --times 50``. Requires Linux; for the sound card, a
+Usage: ``make unattended ARGS="--times 50"``. Requires Linux; for the sound card, a
 PulseAudio server with its ALSA plug-in, which this campaign starts with a null sink; for the limit
 of memory, the right to create a control group (version 1).
 

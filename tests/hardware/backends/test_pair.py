@@ -171,7 +171,7 @@ def test_a_slow_actuator_is_no_frozen_session_for_the_other():
     first, second = (MockPlate(clock=clock) for _ in range(2))
     first.frozen_s = second.frozen_s = 1.0
     drive = first._drive
-    first._drive = lambda level: (clock.sleep(3.0), drive(level))[1]
+    first._drive = lambda level: (clock.sleep(3.0), drive(level))[1]  # type: ignore[method-assign]
     with PlatePair(first, second) as plate:
         plate.second_level = 1.0
         for level in (1.2, 0.8):
