@@ -95,7 +95,7 @@ def convert(rows: Rows) -> Mapping[str, pd.DataFrame]:
         if not len(unknown):
             unknown = chosen[np.isnan(by_name)].value_counts()
         raise UserError(
-            "{file}, column {column}: {unknown} is neither an item of the same row nor left, right, "
+            "{file}, column {column}: {unknown} is neither an item of the row nor left, right, "
             "first, second, 1 or 2; state codes without a choice with --missing CODE",
             file=rows.sources[0].name,
             column=rows.problems.title("chosen"),
