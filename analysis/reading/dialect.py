@@ -17,6 +17,8 @@ from slipscale.faults import UserError
 Decimal = Literal[".", ","]
 #: Possible separators, in order of preference.
 SEPARATORS = ("\t", ";", ",")
+#: Ends of lines, and the number of lines in which two with cells are searched.
+LINES, FIRST = re.compile(rb"\r\n|\n|\r"), 20
 #: A quoted cell, or blanks between cells.
 BLANKS = re.compile(rb'("[^"]*")|[ ]+')
 BOMS = {b"\xff\xfe": "utf-16", b"\xfe\xff": "utf-16", b"\xef\xbb\xbf": "utf-8-sig"}
@@ -113,7 +115,7 @@ def _without_hint(text: str) -> str:
 
 def separator_of(text: bytes) -> str:
     """Detect the separator in the first line, ignoring characters inside quotes."""
-    header = re.split(rb"[\r\n]", text.lstrip(b"\r\n"), maxsplit=1)[0]
+    header = LINES.split(text.lstrip(b"\r\n"), maxsplit=1)[0]
     return next((mark for mark in SEPARATORS if mark.encode() in _outside(header)), ",")
 
 
@@ -123,13 +125,14 @@ def separated(text: bytes) -> tuple[bytes, str]:
     A table is separated by blanks if its first line has no other separator, and its second line has
     as many cells as the first, or one more: R writes row numbers without a name.
     """
-    lines = re.split(rb"\r\n|\n|\r", text)
-    filled = [line for line in lines if line.strip()][:2]
+    # Only the first lines are split at first, because most tables are not separated by blanks.
+    filled = [line for line in LINES.split(text.lstrip(), maxsplit=FIRST) if line.strip()][:2]
     if not filled or any(mark.encode() in _outside(filled[0]) for mark in SEPARATORS):
         return text, separator_of(text)
     widths = [len(BLANKS.sub(b" ", _outside(line)).split()) for line in filled]
     if widths[0] < 2 or len(widths) < 2 or widths[1] - widths[0] not in (0, 1):  # noqa: PLR2004
         return text, separator_of(text)
+    lines = LINES.split(text)
     tabs = [BLANKS.sub(lambda found: found[1] or b"\t", line.strip()) for line in lines]
     if widths[1] > widths[0]:
         first = next(place for place, line in enumerate(tabs) if line)

@@ -256,8 +256,10 @@ def _are_no_identifier(names: pd.Series[Any]) -> NDArray[np.bool_]:
 def _quoted_identifiers(frame: pd.DataFrame, identifier: str, text: bytes) -> NDArray[np.bool_]:
     """Return whether each row's identifier is a missing-value code in quotation marks."""
     found = np.zeros(len(frame), bool)
+    if b'"' not in text:
+        return found
     suspects = np.flatnonzero(_are_no_identifier(tidied(frame[identifier])))
-    if not len(suspects) or b'"' not in text:
+    if not len(suspects):
         return found
     written = plain(text).split(b"\n")
     for row in suspects:

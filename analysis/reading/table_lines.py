@@ -19,8 +19,9 @@ from numpy.typing import NDArray
 from slipscale.faults import UserError
 
 QUOTE, NEWLINE = b'"', b"\n"
-#: Last line of a table from Gorilla.
+#: Last line of a table from Gorilla, and its largest number of bytes.
 END_OF_FILE = re.compile(rb'\n"?END OF FILE"?[,;\t]*\n*\Z')
+LONGEST_END = 4096
 #: Maximum number of line numbers to list in a sentence.
 LISTED_LINES = 12
 
@@ -67,7 +68,9 @@ def split(content: bytes, path: Path, separator: str, *, header: bool = True) ->
         If the content is not UTF-8 text, is empty, has a line with a wrong number of cells, or has
         an unmatched quotation mark.
     """
-    text = END_OF_FILE.sub(NEWLINE, _checked(content, path))
+    text = _checked(content, path)
+    if END_OF_FILE.search(text, max(0, len(text) - LONGEST_END)):
+        text = END_OF_FILE.sub(NEWLINE, text)
     unpadded = text.lstrip(NEWLINE)
     first = 1 + len(text) - len(unpadded)
     top, _, body = unpadded.partition(NEWLINE)

@@ -11,11 +11,31 @@ from pathlib import Path
 from random import Random
 
 from slipscale.analysis.load import load
-from slipscale.analysis.reading.meaning.mapping import TableMapping, parse_mapping
+from slipscale.analysis.reading.meaning.keywords import mapping_of
+from slipscale.analysis.reading.meaning.mapping import TableMapping
 from slipscale.faults import UserError
 from tests.fuzzing.kind import Case, Kind
 
 NAMES = ("participant_id", "amplitude_um_pp", "estimate")
+#: What is stated about the columns: all layouts whose columns the tables may have.
+WHO, LEVEL, SAID = (
+    {name: column}
+    for name, column in zip(("participant", "stimulus", "answer"), NAMES, strict=True)
+)
+STATED = (
+    WHO | LEVEL | SAID,
+    WHO | LEVEL | SAID | {"factor": "block"},
+    WHO | LEVEL | {"yes_count": "estimate", "n": "20"},
+    WHO | LEVEL | {"percent": "estimate", "n": "trial"},
+    {"no_header": True, "stimulus": "2", "response": "3"},
+    {"participant": NAMES[0], "first": NAMES[1], "second": NAMES[2], "chosen": "trial"},
+    {"participant": NAMES[0], "triad": "amplitude_um_pp,estimate,trial", "answer": "block"},
+    {"rows_of": "participant_id=a,b", "stimulus": NAMES[1], "response": NAMES[2]},
+    {"levels": ["amplitude_um_pp=1", "estimate=2"], "n": "trial"},
+    {"people_in_columns": True},
+    {"people_in_columns": True, "n": "9", "alternatives": 2},
+    *({"matrix": content} for content in ("wins", "similarities", "dissimilarities")),
+)
 OTHER_NAMES = (
     *("trial", "block", "session", "phase", "flag", "texture", "response_time", "scale_top"),
 )
@@ -34,13 +54,11 @@ MOST_ROWS = 8
 
 def _prepared(folder: Path) -> Callable[[Random], Case]:
     path = folder / "ratings.csv"
-    mapping = parse_mapping(
-        {"columns": {"participant": NAMES[0], "stimulus": NAMES[1], "answer": NAMES[2]}}, "here"
-    )
+    mappings = [mapping_of(stated) for stated in STATED]
 
     def drawn(random: Random) -> Case:
         content = _table(random)
-        meant = random.choice((None, mapping))
+        meant = random.choice((None, *mappings))
         return Case(name=path.name, content=content, use=lambda: _use(path, content, meant))
 
     return drawn

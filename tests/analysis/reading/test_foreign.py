@@ -191,8 +191,9 @@ def test_a_second_factor_within_participants_is_analysed_one_condition_at_a_time
         load(path, mapping(group="ear"))
     assert len(load(path, mapping(table={"only": {"ear": "left"}})).estimates) == 12
     for wrong in ("right", ["left", "right"]):
-        said = "no row has 'right' in column ear; expected one of both, left"
-        with pytest.raises(UserError, match=said):
+        with pytest.raises(
+            UserError, match="no row has 'right' in column ear; expected one of both, left"
+        ):
             load(path, mapping(table={"only": {"ear": wrong}}))
     assert len(load(path, mapping(table={"only": {"ear": ["left", "both"]}})).estimates) == 24
 

@@ -166,7 +166,7 @@ def test_a_pair_has_two_specs(address):
         open_plate(f"pair:{address}", clock=VirtualClock())
 
 
-def test_a_slow_actuator_is_no_frozen_session_for_the_other():
+def test_a_slow_actuator_is_no_frozen_session_for_the_other(monkeypatch):
     clock = VirtualClock()
     first, second = (MockPlate(clock=clock) for _ in range(2))
     first.frozen_s = second.frozen_s = 1.0

@@ -33,6 +33,12 @@ def reshape(rows: Rows) -> pd.DataFrame:
     """
     columns = [name for name in rows.frame.columns if name not in OTHERS]
     keys = [name for name in rows.frame.columns if name not in columns and name != "line"]
+    if not len(rows.frame) or len(columns) < 2:  # noqa: PLR2004 - two items
+        raise UserError(
+            "{file}: no square table; expected the names of at least two items in the header and "
+            "in the first column",
+            file=rows.sources[0].name,
+        )
     parts = []
     for _, table in rows.frame.groupby(keys, sort=False, dropna=False):
         labels, items = _named(table, columns, rows)
@@ -56,7 +62,7 @@ def _named(
     if len(columns) == len(table) and not rows.mapping.shape.header:
         return np.array(columns, object), columns
     first, *items = columns
-    labels = table[first].astype(str).str.strip()
+    labels = table[first].astype("str").fillna("").str.strip()
     if sorted(labels) != sorted(items):
         raise UserError(
             "{file}: {rows} rows and {columns} columns with different names; expected a square "

@@ -85,8 +85,9 @@ def convert(rows: Rows) -> Mapping[str, pd.DataFrame]:
     found = [way for way in (by_name, by_place) if not np.isnan(way[chosen.notna()]).any()]
     if len(found) == 2 and not np.array_equal(found[0], found[1], equal_nan=True):  # noqa: PLR2004 - both
         raise UserError(
-            "column {column}: 1 and 2 could be the names of the items or their places; rename the "
-            "items, or write left and right",
+            "{file}, column {column}: 1 and 2 could be the names of the items or their places; "
+            "rename the items, or write left and right",
+            file=rows.sources[0].name,
             column=rows.problems.title("chosen"),
         )
     if not found:
@@ -94,8 +95,9 @@ def convert(rows: Rows) -> Mapping[str, pd.DataFrame]:
         if not len(unknown):
             unknown = chosen[np.isnan(by_name)].value_counts()
         raise UserError(
-            "column {column}: {unknown} is neither an item of the same row nor left, right, first, "
-            "second, 1 or 2; state codes without a choice with --missing CODE",
+            "{file}, column {column}: {unknown} is neither an item of the row nor left, right, "
+            "first, second, 1 or 2; state codes without a choice with --missing CODE",
+            file=rows.sources[0].name,
             column=rows.problems.title("chosen"),
             unknown=described(unknown),
         )

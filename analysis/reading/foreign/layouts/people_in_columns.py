@@ -24,23 +24,24 @@ OF = re.compile(r"(?:\bof|/)\s*(\d+)\b")
 def reshape(rows: Rows) -> pd.DataFrame:
     """Return one row per level and participant."""
     frame = rows.frame
-    first, *people = [name for name in frame.columns if name not in ("file", "line", PARTICIPANT)]
-    if not people:
+    names = [name for name in frame.columns if name not in ("file", "line", PARTICIPANT)]
+    first, people = names[:1], names[1:]
+    if not people or not len(frame):
         raise UserError(
-            "{file}: one column; expected the levels in the first column, and one column per "
+            "{file}: no answers; expected the levels in the first column, and one column per "
             "participant",
             file=rows.sources[0].name,
         )
-    levels = as_numbers(frame[first])[1]
+    levels = as_numbers(frame[first[0]])[1]
     # Lines above the first level belong to the header.
-    above = (levels.notna().cumsum() == 0) & frame[first].notna()
+    above = (levels.notna().cumsum() == 0) & frame[first[0]].notna()
     n = rows.mapping.columns.n
     parts = []
     for who in people:
         own = frame.loc[~above, ["file", "line"]].copy()
-        own[PARTICIPANT], own[STIMULUS] = who, frame.loc[~above, first]
+        own[PARTICIPANT], own[STIMULUS] = who, frame.loc[~above, first[0]]
         cells = frame.loc[~above, who]
-        number = OF.search(" ".join(frame.loc[above, who].astype(str)))
+        number = OF.search(" ".join(frame.loc[above, who].astype("str").dropna()))
         counted = n or (number and number[1])
         parts.append(
             own.assign(n=counted, yes_count=cells) if counted else own.assign(estimate=cells)
