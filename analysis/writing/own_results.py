@@ -1,20 +1,55 @@
 """Refuse the tables that Slipscale's own analysis wrote, and name the data to use instead.
 
 Result tables lack practice trials, study choices and other tasks, so that their analysis could give
-other results. A copy of ``estimates.csv`` outside its folder can be analysed, because the table
-contains the scale top, the modulus and the normalisation rule.
+other results. Copies of tables in other folders are recognised by their columns. A copy of
+``estimates.csv`` can be analysed, because the table contains the scale top, the modulus and the
+normalisation rule.
 """
 
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from slipscale.faults import UserError
 
 #: File of the results folder that lists the tables and the files from which they were computed.
 RESULTS = "results.json"
+#: Table of results -> columns by which a copy is recognised, without those that contain a unit.
+#: ``log_*`` is any column that begins with log_.
+COLUMNS: dict[str, frozenset[str]] = {
+    name: frozenset(columns.split())
+    for name, columns in {
+        "textures.csv": "texture n mean",
+        "table3.csv": "n mean maximum_deviation standard_deviation",
+        "descriptives.csv": "n mean sd_sample geometric_mean",
+        "pairwise.csv": "ratio_ci_low d_z p_wilcoxon",
+        "individuals.csv": "participant_id exponent points",
+        "quality.csv": "participant_id non_monotone constant drift",
+        "difference.csv": "n yes ci95_low ci95_high",
+        "answers.csv": "participant_id series step catch difference_felt",
+        "thresholds.csv": "task trials correct catch_trials catch_correct",
+        "matching.csv": "task matches participants felt_again",
+        "pointing.csv": "task movements error_share throughput_bit_s",
+        "scales.csv": "task model surface value",
+        "wide.csv": "participant_id estimate_* log_*",
+    }.items()
+}
+
+
+def refuse_copy(names: Sequence[str], path: Path) -> None:
+    """Raise `UserError` if columns are those of a table that an analysis wrote."""
+    found = {*names, *(f"{name.partition('_')[0]}_*" for name in names)}
+    for table, columns in COLUMNS.items():
+        if columns <= found:
+            raise UserError(
+                "{path}: has the columns of {table}, which contains results of slipscale analyse; "
+                "expected the data set from which they were computed, or a copy of its "
+                "estimates.csv",
+                path=path,
+                table=table,
+            )
 
 
 def refuse_results(path: Path) -> None:
