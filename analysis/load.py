@@ -7,6 +7,7 @@ voided and unanswered trials are counted, and invalid cells are reported with fi
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -20,12 +21,14 @@ from slipscale.analysis.reading.cleaning import (
     as_numbers,
     clean_estimates,
     empty_differences,
+    empty_estimates,
     in_order,
 )
 from slipscale.analysis.reading.dataset import Dataset
-from slipscale.analysis.reading.delimited import Problems
+from slipscale.analysis.reading.delimited import STANDARD_INPUT, Problems, held
 from slipscale.analysis.reading.foreign.columns import GROUP
 from slipscale.analysis.reading.foreign.files import chosen
+from slipscale.analysis.reading.foreign.layouts.layout import DIFFERENCES, ESTIMATES
 from slipscale.analysis.reading.foreign.table import ForeignTable, read_foreign
 from slipscale.analysis.reading.labelled_tasks import (
     Entries,
@@ -36,14 +39,13 @@ from slipscale.analysis.reading.labelled_tasks import (
     read_others,
     with_people,
 )
-from slipscale.analysis.reading.mapping import NAME, TableMapping, beside
+from slipscale.analysis.reading.meaning.keywords import mapping_of
+from slipscale.analysis.reading.meaning.mapping import NAME, TableMapping, beside
 from slipscale.analysis.reading.suspicions import notes_on_answers
 from slipscale.analysis.reading.table_by_hand import read_table
 from slipscale.analysis.reading.trial_tables import BLOCK, ESTIMATION, IDENTITY, factor_columns
 from slipscale.analysis.tasks.outside.guard import installed_kinds
-from slipscale.analysis.tasks.similarity.reading import TRIALS as PAIRS
 from slipscale.analysis.tasks.table import TRIALS
-from slipscale.analysis.tasks.thresholds.reading import TRIALS as CHOICES
 from slipscale.analysis.writing.own_results import refuse_results
 from slipscale.experiments.dataset.journals import journals
 from slipscale.experiments.dataset.schema import PARTICIPANT, TABLE_NAME
@@ -58,15 +60,26 @@ from slipscale.stimuli.quantity import AMPLITUDE_DECIMALS, PLATE_AMPLITUDE, Quan
 RULE = "normalisation"
 
 
+#: A data set folder, a table, several tables or a DataFrame.
+Data = str | Path | pd.DataFrame | Sequence[str | Path]
+#: Path that stands for a DataFrame.
+IN_MEMORY = Path("DataFrame")
+
+
 def load(
-    path: str | Path, mapping: TableMapping | None = None, *, task: str | None = None
+    path: Data,
+    mapping: TableMapping | None = None,
+    *,
+    task: str | None = None,
+    **columns: object,
 ) -> Dataset:
-    """Read a data set folder or a table.
+    """Read a data set folder, a table, several tables with the same columns, or a DataFrame.
 
     Parameters
     ----------
-    path : str or Path
-        A data set folder, or a table in a text, Excel or SPSS file.
+    path : str or Path, sequence of them, or DataFrame
+        A data set folder, or tables in text files or files of other programs, or a folder of them.
+        ``-`` is standard input.
     mapping : TableMapping, optional
         Meaning of the columns. The default is read from ``analysis.toml`` in the folder or next to
         the table. If ``analysis.toml`` does not exist, the columns must have the names used by
@@ -75,6 +88,10 @@ def load(
         Task label, for data sets with several labels for magnitude estimation or descending
         difference. The default is the protocol's own label or, if it is absent, the
         alphabetically first label. A folder that is read with ``mapping`` has no default.
+    **columns
+        Meaning of the columns, with the names of the options of ``slipscale analyse``, instead of a
+        mapping: ``participant="who", stimulus="level:mm", answer="correct", alternatives=2``; see
+        `slipscale.analysis.reading.meaning.keywords.mapping_of`.
 
     Raises
     ------
@@ -82,26 +99,54 @@ def load(
         If there is nothing to analyse, a file cannot be read, a column is missing, or the data set
         mixes pilots with participants.
     """
-    try:
-        where = Path(path)
-    except TypeError:
-        raise UserError(
-            "load: {path} has the type {name}; expected a path",
-            path=f"{path!r:.40}",
-            name=type(path).__name__,
-        ) from None
+    if columns:
+        mapping = mapping_of(columns)
+    contents: dict[Path, bytes] = {}
+    if isinstance(path, pd.DataFrame):
+        # The index is a column if it has a name, as after grouping.
+        contents[IN_MEMORY] = path.to_csv(index=path.index.names != [None]).encode()
+        mapping = mapping or TableMapping()
+        points = mapping.table.model_copy(update={"decimal": "."})
+        mapping, path = mapping.model_copy(update={"table": points}), IN_MEMORY
+    places = _places(path)
+    if STANDARD_INPUT in places:
+        contents[STANDARD_INPUT] = sys.stdin.buffer.read()
+    with held(contents):
+        return _loaded(places, mapping, task, contents)
+
+
+def _loaded(
+    places: Sequence[Path],
+    mapping: TableMapping | None,
+    task: str | None,
+    contents: Mapping[Path, bytes],
+) -> Dataset:
+    where = places[0]
+    for each in places:
+        if each.exists():
+            refuse_results(each)
+        elif each not in contents:
+            raise UserError(
+                "{where}: no such file or folder; expected a data set, or a table", where=each
+            )
     if where.exists():
-        refuse_results(where)
         mapping = mapping or beside(where)
-    if task is not None and where.is_file():
+    if task is not None and not where.is_dir():
         raise UserError(
             "--task {task}: {where} is a single table; expected a folder (to select rows of a "
             "table, use --only)",
             task=task,
             where=where,
         )
-    if mapping is not None and not mapping.of_own and where.exists():
-        return _load_foreign(where, mapping, task)
+    if mapping is not None and not mapping.of_own:
+        return _load_foreign(places, mapping, task)
+    if len(places) > 1:
+        raise UserError(
+            "{where} and {more} more: several tables need options that state what their columns "
+            "mean, such as --participant-from-name, --stimulus and --answer",
+            where=where,
+            more=len(places) - 1,
+        )
     if mapping is not None and where.is_dir():
         raise UserError(
             "{where}: decimal, sheet and only are for tables whose columns are named; for a "
@@ -111,9 +156,19 @@ def load(
         )
     if where.is_dir():
         return _load_folder(where, task)
-    if where.is_file():
-        return _load_table(where, mapping or TableMapping())
-    raise UserError("{where}: no such file or folder; expected a data set", where=where)
+    return _load_table(where, mapping or TableMapping())
+
+
+def _places(path: str | Path | Sequence[str | Path]) -> list[Path]:
+    try:
+        several = [path] if isinstance(path, str | Path) else list(path)
+        return [Path(each) for each in several] or [Path()]
+    except TypeError:
+        raise UserError(
+            "load: {path} has the type {name}; expected a path, or a list of paths",
+            path=f"{path!r:.40}",
+            name=type(path).__name__,
+        ) from None
 
 
 def _load_folder(folder: Path, task: str | None) -> Dataset:
@@ -271,13 +326,9 @@ def _load_table(path: Path, mapping: TableMapping) -> Dataset:
     _refuse_another_unit(frame, path)
     answers_read = clean_estimates(in_order(frame, problems), [source], problems)
     table = ForeignTable(
-        estimates=answers_read,
-        differences=empty_differences(),
-        choices=pd.DataFrame(),
-        participants=pd.DataFrame(),
-        sources=(source,),
+        trials={ESTIMATES: answers_read}, participants=pd.DataFrame(), sources=(source,)
     )
-    data = _by_hand(path, table, problems, PLATE_AMPLITUDE)
+    data = _by_hand([path], table, problems, PLATE_AMPLITUDE)
     people = sorted(data.answers[PARTICIPANT].astype(str).unique())
     data = replace(data, participants=pd.DataFrame({PARTICIPANT: people}))
     return _with_choices(data, mapping.analysis, _one_rule(frame, path))
@@ -301,10 +352,10 @@ def _one_rule(frame: pd.DataFrame, path: Path) -> dict[str, str]:
     return {RULE: str(rules[0])}
 
 
-def _load_foreign(path: Path, mapping: TableMapping, task: str | None) -> Dataset:
+def _load_foreign(paths: Sequence[Path], mapping: TableMapping, task: str | None) -> Dataset:
     problems = Problems()
-    table = read_foreign(path, mapping, problems, task)
-    data = _with_choices(_by_hand(path, table, problems, mapping.quantity), mapping.analysis)
+    table = read_foreign(paths, mapping, problems, task)
+    data = _with_choices(_by_hand(paths, table, problems, mapping.quantity), mapping.analysis)
     group = mapping.columns.group
     if group is None or data.choices.group is not None:
         return data
@@ -324,22 +375,27 @@ def _with_choices(
     return replace(data, choices=choices.model_copy(update=left), frozen=tuple(sorted(frozen)))
 
 
-def _by_hand(path: Path, table: ForeignTable, problems: Problems, quantity: Quantity) -> Dataset:
+def _by_hand(
+    paths: Sequence[Path], table: ForeignTable, problems: Problems, quantity: Quantity
+) -> Dataset:
     counts: dict[str, int] = {}
+    path = paths[0]
     level, answer = ESTIMATION.required
-    notes = notes_on_answers(table.estimates, PARTICIPANT, level, answer, path.name)
+    empty = {ESTIMATES: empty_estimates(), DIFFERENCES: empty_differences()}
+    read = {kind: table.trials.get(kind, rows) for kind, rows in empty.items()}
+    notes = notes_on_answers(read[ESTIMATES], PARTICIPANT, level, answer, path.name)
     problems.add_many(list(notes), "suspicious answers")
-    read = {"estimates": table.estimates, "differences": table.differences}
-    kinds = [kind for kind in TRIALS if kind.name in read]
-    tables = _divided(kinds, read, problems, counts)
+    tables = _divided([kind for kind in TRIALS if kind.name in read], read, problems, counts)
     trials = {}
-    for kind, rows in ((CHOICES, table.choices), (PAIRS, table.pairs)):
-        if len(rows):
+    for kind in TRIALS:
+        rows = table.trials.get(kind.name)
+        if kind.name not in read and rows is not None and len(rows):
             # Tables made by hand have no friction.
             columns = (*kind.empty().columns, *factor_columns(rows))
             trials[kind.name] = with_people(rows.reindex(columns=list(columns)), columns)
+    folder = path if path.is_dir() else None
     return Dataset(
-        name=metadata.title(path) if path.is_dir() else path.stem,
+        name=metadata.title(path) if folder else path.stem,
         estimates=tables["estimates"],
         answers=tables["answers"],
         differences=tables["differences"],
@@ -349,8 +405,9 @@ def _by_hand(path: Path, table: ForeignTable, problems: Problems, quantity: Quan
         counts=counts,
         problems=tuple(problems.sentences),
         sources=table.sources,
+        left_out=table.left_out,
         quantity=quantity,
-        folder=path if path.is_dir() else None,
+        folder=folder,
     )
 
 

@@ -10,14 +10,14 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from math import inf
-from pathlib import Path
 
 import pandas as pd
 
-from slipscale.analysis.load import load
+from slipscale.analysis.load import Data, load
 from slipscale.analysis.preprocessing import data_quality, data_warnings, normalisation, sessions
 from slipscale.analysis.preprocessing.log_transform import Prepared, prepare
 from slipscale.analysis.reading.dataset import Dataset
+from slipscale.analysis.reading.meaning.keywords import mapping_of
 from slipscale.analysis.reporting.individuals import individuals
 from slipscale.analysis.reporting.notebook import DisplayedAnalysis
 from slipscale.analysis.statistics import descriptives
@@ -25,7 +25,6 @@ from slipscale.analysis.statistics.measured_friction import measured_friction
 from slipscale.analysis.statistics.robustness import robustness
 from slipscale.analysis.statistics.sensitivity import sensitivity
 from slipscale.analysis.tasks.estimation import textures
-from slipscale.analysis.tasks.kind import Analysis
 from slipscale.analysis.tasks.outside import guard
 from slipscale.analysis.tasks.table import KINDS, TRIALS, conclude
 from slipscale.experiments.dataset.hand_exclusions import BY_HAND, excluded_by_hand
@@ -39,20 +38,21 @@ class OutsideTasks(UserError):
 
 
 def analyse(
-    dataset: str | Path | Dataset,
+    dataset: Data | Dataset,
     *,
     normalise: str | None = None,
     equivalence_ratio: float | None = None,
     axis: Axis | None = None,
     bayesian: bool = False,
     progress: Callable[[str], None] | None = None,
-) -> Analysis:
-    """Analyse a data set. To write the results, use `analysis.reporting.files.write_analysis`.
+    **columns: object,
+) -> DisplayedAnalysis:
+    """Analyse a data set. To write the results, use the method ``save``.
 
     Parameters
     ----------
-    dataset : str, Path or Dataset
-        A data set folder, a tidy table, or the result of `slipscale.analysis.load.load`.
+    dataset : str, Path, sequence of them, DataFrame or Dataset
+        What `slipscale.analysis.load.load` reads or returns.
     normalise : str, optional
         A key of `slipscale.analysis.preprocessing.normalisation.RULES`. The default is the rule in
         the study file or, if none is set, `default_rule` in that module.
@@ -66,6 +66,8 @@ def analyse(
         ``bayes``.
     progress : callable, optional
         Function called with a short description of the next step.
+    **columns
+        Meaning of a table's columns; see `slipscale.analysis.load.load`.
 
     Raises
     ------
@@ -77,7 +79,7 @@ def analyse(
         data = dataset
     else:
         tell("reading the data")
-        data = load(dataset)
+        data = load(dataset, mapping_of(columns) if columns else None)
     faults: list[str] = []
     outside = guard.installed_kinds(faults)
     if not any(map(len, data.tasks)) and not (data.others and outside):

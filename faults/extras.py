@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import sys
+
 from slipscale.faults.message import Message
 
 # Extra in pyproject.toml that installs each module.
@@ -42,6 +44,12 @@ def how_to_install(module: str) -> str | None:
     extra = EXTRA_OF.get(name)
     if extra is None:
         return None
+    if name == "psychopy" and sys.version_info >= (3, 13):
+        return Message(
+            "needs PsychoPy, which has no release for Python {version}; install Slipscale with "
+            "Python 3.11 or 3.12, then: pip install 'slipscale[session]'",
+            version="{}.{}".format(*sys.version_info),
+        )
     return Message(
         "needs the package '{name}', which is not installed; install it with: pip install "
         "'slipscale[{extra}]'",

@@ -266,9 +266,12 @@ def without_session_watchdog(spec: str) -> str:
     'serial:COM3,attention=0'
     >>> without_session_watchdog("serial:COM3,attention=9"), without_session_watchdog("mock")
     ('serial:COM3,attention=9', 'mock')
+    >>> without_session_watchdog("pair:scpi:COM4+mock")
+    'pair:scpi:COM4,attention=0+mock'
     >>> without_session_watchdog("sound:3,full_scale=20")
     'sound:3,full_scale=20,attention=0'
     """
-    if spec.startswith(("serial:", "sound:")) and "attention=" not in spec:
-        return f"{spec},attention=0"
-    return spec
+    if spec.startswith(PAIR):
+        return PAIR + SPLIT.join(map(without_session_watchdog, parts(spec)))
+    watched = spec.startswith(("serial:", "sound:", "scpi:", "daq:"))
+    return f"{spec},attention=0" if watched and "attention=" not in spec else spec

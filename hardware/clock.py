@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 import time
 from typing import Protocol
 
@@ -14,6 +15,9 @@ class Clock(Protocol):
 
     def sleep(self, duration_s: float) -> None:
         """Wait until ``duration_s`` seconds have passed on this clock."""
+
+    def suspended_s(self) -> float:
+        """Return for how long the computer was suspended, which `now` does not count."""
 
 
 class SystemClock:
@@ -35,6 +39,13 @@ class SystemClock:
         if duration_s > 0:
             time.sleep(duration_s)
 
+    def suspended_s(self) -> float:
+        """Return for how long the computer was suspended since it was started."""
+        # Elsewhere, `time.perf_counter` also counts the time in which the computer was suspended.
+        if sys.platform != "linux":
+            return 0.0
+        return time.clock_gettime(time.CLOCK_BOOTTIME) - time.monotonic()
+
 
 class VirtualClock:
     """Clock that advances without waiting, so that a pilot does not take an hour.
@@ -47,6 +58,7 @@ class VirtualClock:
 
     def __init__(self, start_s: float = 0.0) -> None:
         self._now = start_s
+        self._suspended_s = 0.0
 
     def now(self) -> float:
         """Return the virtual time in seconds."""
@@ -55,6 +67,14 @@ class VirtualClock:
     def sleep(self, duration_s: float) -> None:
         """Advance the time by ``duration_s`` seconds."""
         self._now += max(duration_s, 0.0)
+
+    def suspended_s(self) -> float:
+        """Return the total duration of all calls of `suspend`."""
+        return self._suspended_s
+
+    def suspend(self, duration_s: float) -> None:
+        """Let time pass for everything but this clock, as if the computer had been suspended."""
+        self._suspended_s += duration_s
 
     def set(self, time_s: float) -> None:
         """Set the time; a resumed pilot continues at the last time in the journal."""

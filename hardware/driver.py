@@ -17,8 +17,8 @@ a step of the protocol ends            `slipscale.experiments.session.surface_st
 a session ends or is stopped           `slipscale.experiments.session.session.Session.run`
 SIGINT, SIGTERM or SIGHUP              `slipscale.hardware.signals.signals_raise`: they raise, and
                                        the ``with`` block ends
-the process is killed or hangs         the board's watchdog (``docs/reference/board-protocol.md``);
-                                       a function generator has none
+the process is killed or hangs         the board's watchdog (``docs/reference/board-protocol.md``),
+                                       or the guard (`slipscale.hardware.output.guard`)
 =====================================  ===========================================================
 
 A presentation succeeds only if the reported amplitude (measured or applied) matches the command,
@@ -35,10 +35,11 @@ from dataclasses import asdict, replace
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 from slipscale.faults import UserError
+from slipscale.faults.message import Message
 from slipscale.hardware.calibration.device_check import check_device
 from slipscale.hardware.errors import ConnectionLost, Late, NotReached, OverLimit, PlateRefused
 from slipscale.hardware.limits import PlateLimits
-from slipscale.hardware.output_state import GuardedOutput
+from slipscale.hardware.output.state import GuardedOutput
 from slipscale.hardware.records import Output, PlateIdentity, Presentation, Readback
 from slipscale.stimuli.modulation import DEFAULT_MODULATOR, Loop, Modulator
 
@@ -140,14 +141,15 @@ class PlateDriver(GuardedOutput):
         """
         self._opened, self.output = False, Output.UNREACHABLE
         try:
+            self._start_guard()
             self.identity = self._connect()
             self._opened, self.output = True, Output.OFF
-            self.notes = self._check_identity(self.identity)
+            self.notes = (*self._unattended_notes(), *self._check_identity(self.identity))
         except BaseException:
             self.close()
             raise
         self._fault_known = False
-        self._on_time.command(self.clock.now(), vibrates=False)
+        self._on_time.command(self._lived_s(), vibrates=False)
         return self.identity
 
     def check_supported(self, surface: Surface, *, sensors: Collection[Sensor] = ()) -> Loop | None:
@@ -439,6 +441,17 @@ class PlateDriver(GuardedOutput):
             return UNKNOWN_TIME_CONSTANT_S
         resonance = self.calibration.resonance
         return resonance.quality_factor / (math.pi * resonance.frequency_hz)
+
+    def _unattended_notes(self) -> tuple[str, ...]:
+        """Return the note about an output that only an interlock switches off."""
+        if not self.interlock:
+            return ()
+        return (
+            Message(
+                "if this program is killed, only the interlock switches the plate off: {interlock}",
+                interlock=self.interlock,
+            ),
+        )
 
     def _check_identity(self, identity: PlateIdentity) -> tuple[str, ...]:
         """Check the identity of the device; return notes for the operator."""

@@ -67,6 +67,13 @@ def visible_message(record: Mapping[str, object]) -> str:
         return str(record.get("message", ""))
 
 
+def fault_of(record: Mapping[str, object]) -> PlateFault:
+    """Return the fault of a `PlateFault.record`."""
+    message = from_data(record if "template" in record else record["message"])
+    level_free = bool(record["level_free"])
+    return FAULTS[str(record["code"])](message, level_free=level_free)
+
+
 class PlateNotFound(PlateFault):
     """Raised if there is no device at the given address."""
 
@@ -153,6 +160,14 @@ class Late(PlateFault):
     remedy = "Close the other programs on this computer, then try again."
 
 
+class Frozen(PlateFault):
+    """Raised if the session or the computer stood still while the plate was on."""
+
+    code = "frozen"
+    never_a_level = True
+    remedy = "Close the other programs on this computer, and switch its standby off."
+
+
 class StillVibrating(PlateFault):
     """Raised if the plate could not be silenced and has no watchdog."""
 
@@ -183,7 +198,7 @@ class NotReached(PlateFault):
 
     code = "not_reached"
     remedy = (
-        "Check that the amplifier is on, and ask the participant to press less hard. If this does "
+        "Check that the amplifier is on, and that no other program drives the plate. If this does "
         "not help, lower the study's largest amplitude or recalibrate: the drive may have reached "
         "its highest voltage."
     )
@@ -212,6 +227,6 @@ FAULTS: dict[str, type[PlateFault]] = {
     for kind in (
         PlateNotFound, NoPermission, WrongDevice, PlateBusy, PlateTimeout, GarbledReply,
         ProtocolViolation, PlateRefused, ConnectionLost, StillVibrating, OverLimit, NotReached,
-        OffCalibration, Late,
+        OffCalibration, Late, Frozen,
     )
 }  # fmt: skip

@@ -13,7 +13,7 @@ ReadbackKind = Literal["measured", "applied", "commanded", "none"]
 
 
 class Output(StrEnum):
-    """Known state of a plate's drive; for the rules, see `slipscale.hardware.output_state`."""
+    """Known state of a plate's drive; for the rules, see `slipscale.hardware.output.state`."""
 
     OFF = "confirmed off"
     MAY_BE_ON = "may be on"

@@ -11,6 +11,8 @@ from typing import TYPE_CHECKING, Protocol
 from slipscale.faults import UserError
 from slipscale.faults.message import Message
 from slipscale.faults.suggestions import expected_one_of
+from slipscale.hardware.address import PAIR
+from slipscale.hardware.output.unattended import Unguarded
 
 if TYPE_CHECKING:
     from slipscale.hardware.clock import Clock
@@ -18,6 +20,7 @@ if TYPE_CHECKING:
 
 LOG = logging.getLogger(__name__)
 BACKENDS = "slipscale.backends"  # the entry-point group
+INTERLOCK = "interlock="  # option of every SPEC except a pair's
 PORT = re.compile(r"(/dev/)?(tty\w|cu\.)|/dev/|COM\d", re.IGNORECASE)  # a SPEC without a backend
 
 
@@ -75,12 +78,20 @@ def unknown_backend(spec: str) -> str:
 def open_plate(spec: str, *, clock: Clock, seed: int = 0) -> PlateDriver:
     """Return the driver for a SPEC such as ``mock``, ``serial:PORT`` or ``scpi:RESOURCE``.
 
+    If nothing switches the plate off when this process is killed, the SPEC must acknowledge an
+    interlock: ``interlock=TEXT``.
+
     Raises
     ------
     UserError
-        If no backend with this name is installed.
+        If no backend with this name is installed, or if an interlock is required.
     """
     name, _, address = spec.partition(":")
+    interlock = ""
+    if not spec.startswith(PAIR):
+        words = address.split(",")
+        interlock = next((each for each in words if each.startswith(INTERLOCK)), "")
+        address = ",".join(each for each in words if not each.startswith(INTERLOCK))
     found = {point.name: point for point in _installed()}
     if name not in found:
         raise UserError(
@@ -88,4 +99,16 @@ def open_plate(spec: str, *, clock: Clock, seed: int = 0) -> PlateDriver:
         )
     backend: Backend = found[name].load()
     LOG.info("chose backend %s: %s", name, found[name].value)
-    return backend(address, clock=clock, seed=seed)
+    driver = backend(address, clock=clock, seed=seed)
+    if isinstance(driver.unattended, Unguarded):
+        driver.interlock = interlock.removeprefix(INTERLOCK)
+        if not driver.interlock:
+            raise UserError(
+                "plate '{spec}': if this program is killed, nothing switches the plate off "
+                "({why}); install an interlock, and name it in the SPEC, such as "
+                "{interlock}foot_switch",
+                spec=spec,
+                why=driver.unattended.why,
+                interlock=INTERLOCK,
+            )
+    return driver

@@ -55,6 +55,14 @@ def _no_waiting_for_the_disk():
         yield
 
 
+@pytest.fixture(scope="session", autouse=True)
+def _own_runtime_folder(tmp_path_factory):
+    """Lock instruments per process of pytest-xdist: emulated ones have the same names in each."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("XDG_RUNTIME_DIR", str(tmp_path_factory.mktemp("runtime")))
+        yield
+
+
 @pytest.fixture(scope="session")
 def display():
     """Give the tests a display of their own: key presses never reach a developer's desktop.
@@ -119,6 +127,7 @@ def patient(monkeypatch):
     """Let sessions wait a minute for a board or a sensor, which a busy machine can keep waiting."""
     monkeypatch.setattr("slipscale.hardware.backends.serial_board.link.REPLY_TIMEOUT_S", 60.0)
     monkeypatch.setattr("slipscale.hardware.backends.serial_board.link.GREETING_S", 60.0)
+    monkeypatch.setattr("slipscale.hardware.output.state.GuardedOutput.frozen_s", 60.0)
     monkeypatch.setattr("slipscale.hardware.contact.serial_columns.FIRST_S", 60.0)
     monkeypatch.setattr("slipscale.hardware.contact.serial_columns.SILENT_S", 60.0)
 

@@ -52,6 +52,16 @@ def example_of(parser):
     return parser.epilog.removeprefix("example: ")
 
 
+def test_no_command_is_a_mistake_and_the_version_has_a_short_option(capsys):
+    assert commands.main([]) == 2
+    said = capsys.readouterr()
+    assert said.out == ""
+    assert said.err.startswith("usage: slipscale")
+    assert commands.main(["-V"]) == commands.main(["--version"]) == 0
+    first, second = capsys.readouterr().out.splitlines()
+    assert first == second
+
+
 def test_help_shows_every_command_once_in_its_group(capsys):
     assert commands.main(["--help"]) == 0
     lines = capsys.readouterr().out.splitlines()

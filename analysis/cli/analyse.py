@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import logging
 import sys
-from argparse import Action, ArgumentParser, Namespace
+from argparse import ArgumentParser, Namespace
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from slipscale.analysis.cli.mapping_arguments import add_mapping, mapping_from
 from slipscale.analysis.cli.progress_line import add_steps, telling
 from slipscale.experiments.lab.defaults import dataset_default, here, say
-from slipscale.faults import ANSWER_IS_NO, DONE, UserError, harmless
+from slipscale.faults import ANSWER_IS_NO, DONE, harmless
 
 if TYPE_CHECKING:
     from slipscale.analysis.preregistration.bundle import Bundle
@@ -20,46 +21,6 @@ if TYPE_CHECKING:
 
 
 LOG = logging.getLogger(__name__)
-#: Options that specify the columns of a table: option -> metavar, help text.
-COLUMN_OPTIONS = {
-    "participant": ("COLUMN", "column with the participant's label"),
-    "stimulus": ("COLUMN:UNIT", "column with the stimulus, and its unit"),
-    "response": ("COLUMN", "column with magnitude estimates"),
-    "answer": ("COLUMN", "column with yes or no, instead of --response"),
-    "yes_count": ("COLUMN", "column with the number of yes answers, instead of --answer"),
-    "n": ("COLUMN", "column with the total number of answers, used with --yes-count"),
-    "reference": (
-        "COLUMN",
-        "column with the previous stimulus, used with --answer (if omitted, it is 0)",
-    ),
-    "first": ("COLUMN", "for ratings of pairs: column with the first item"),
-    "second": ("COLUMN", "for ratings of pairs: column with the second item"),
-    "dissimilarity": ("COLUMN", "for ratings of pairs: column with the dissimilarity"),
-    "group": ("COLUMN", "column with the participant's group"),
-    "factor": (
-        "COLUMN",
-        "column with a condition that varies within participants and is crossed with the stimuli",
-    ),
-    "session": ("COLUMN", "column with the session"),
-    "run": ("COLUMN", "column with the run"),
-    "block": ("COLUMN", "column with the block, if trial numbers restart in each block"),
-    "trial": ("COLUMN", "column with the trial number"),
-}
-
-
-class _Once(Action):
-    """Reject an option that is given twice, whereas argparse would use the last value."""
-
-    def __call__(
-        self,
-        parser: ArgumentParser,  # noqa: ARG002 - argparse's signature
-        namespace: Namespace,
-        values: object,
-        option: str | None = None,
-    ) -> None:
-        if getattr(namespace, self.dest) is not None:
-            raise UserError("{option} is given twice; expected only once", option=option)
-        setattr(namespace, self.dest, values)
 
 
 def add_analyse(parser: ArgumentParser) -> None:
@@ -100,9 +61,9 @@ def add_data(parser: ArgumentParser) -> None:
     parser.add_argument(
         "dataset",
         metavar="DATASET",
-        help="folder of a data set, or a table: CSV, TSV, Excel, SPSS, MATLAB, jsPsych, "
-        "Qualtrics, E-Prime",
-        **dataset_default(),
+        help="folder of a data set; or tables with the same columns, or a folder of them: CSV, "
+        "TSV, Excel, SPSS, MATLAB, jsPsych, Qualtrics, E-Prime; or - for standard input",
+        **dataset_default() | {"nargs": "*" if here().file else "+"},
     )
     parser.add_argument(
         "--in-session",
@@ -143,80 +104,32 @@ def add_data(parser: ArgumentParser) -> None:
     )
 
 
-def add_mapping(parser: ArgumentParser) -> None:
-    """Add the options that specify what a table's columns contain."""
-    group = parser.add_argument_group(
-        "your own data", "meaning of a table's columns; see docs/how-to/your-data.md"
-    )
-    for name, (metavar, text) in COLUMN_OPTIONS.items():
-        option = f"--{name.replace('_', '-')}"
-        group.add_argument(option, metavar=metavar, help=text, action=_Once)
-    group.add_argument(
-        "--in-unit",
-        metavar="UNIT",
-        help="unit for the report, which may differ from the unit of the data only in its prefix, "
-        "such as mPa for data in µPa",
-    )
-    group.add_argument(
-        "--levels",
-        metavar="COLUMN=LEVEL",
-        nargs="+",
-        action=_Once,
-        help="for a wide table: response columns and their levels; without =LEVEL, the number at "
-        "the end of the column name is the level (p0,5 and p0.5 are 0.5)",
-    )
-    group.add_argument(
-        "--only",
-        metavar="COLUMN=VALUE",
-        action="append",
-        help="analyse only the rows in which this column has this value; if repeated for the same "
-        "column, rows with any of the values; for several columns, rows that match all of them",
-    )
-    for name, meaning in (
-        ("yes", "yes or correct (default: usual pairs of codes are recognised)"),
-        ("no", "no or wrong (default: the one code that is left)"),
-        ("missing", "that there is no answer; these trials are left out and counted"),
-    ):
-        group.add_argument(
-            f"--{name}", metavar="CODE", nargs="+", help=f"codes in --answer that mean {meaning}"
-        )
-    group.add_argument(
-        "--alternatives",
-        type=int,
-        choices=(2, 3),
-        help=("number of alternatives in a forced choice; yes then means correct"),
-    )
-    group.add_argument(
-        "--decimal",
-        choices=(".", ","),
-        help=("decimal mark, if it cannot be detected"),
-    )
-    group.add_argument(
-        "--sheet", metavar="NAME", help="sheet of an Excel workbook, or variable in a MATLAB file"
-    )
-    group.add_argument(
-        "--map",
-        action="store_true",
-        help=("save these options in analysis.toml next to the table"),
-    )
+def paths_of(args: Namespace) -> list[Path]:
+    """Return the paths of the data set."""
+    given = args.dataset
+    return [Path(path) for path in (given if isinstance(given, list) else [given])]
 
 
 def analysed(args: Namespace, progress: Callable[[str], None]) -> Analysis:
     """Read and analyse the data specified by the options."""
-    from slipscale.analysis.cli.mapping_options import mapping_from
     from slipscale.analysis.load import load
     from slipscale.analysis.pipeline import analyse
     from slipscale.analysis.preprocessing.sessions import only_session
-    from slipscale.analysis.reading import mapping as mappings
+    from slipscale.analysis.reading.foreign.proposal import proposal_for
+    from slipscale.analysis.reading.meaning import mapping as mappings
 
     progress("reading the data")
-    LOG.info("reading %s", args.dataset)
+    paths = paths_of(args)
+    LOG.info("reading %s", ", ".join(map(str, paths)))
     mapping = mapping_from(args)
-    data = load(args.dataset, mapping, task=args.task)
+    if mapping is None and (found := proposal_for(paths)) is not None:
+        print(harmless(str(found)))
+        raise found.refusal
+    data = load(paths, mapping, task=args.task)
     if args.in_session:
         data = only_session(data, args.in_session)
     if args.map and mapping is not None:
-        mappings.write_mapping(mapping, Path(args.dataset))
+        mappings.write_mapping(mapping, paths[0])
     return analyse(
         data,
         normalise=args.normalise,
@@ -243,7 +156,7 @@ def run_analyse(args: Namespace) -> int:
         if bundle is not None:
             analysis = held_against(bundle, analysis, args)
         data = analysis.dataset
-        out = Path(args.out) if args.out else default_folder(data, args.dataset)
+        out = Path(args.out) if args.out else default_folder(data, paths_of(args)[0])
         if args.in_session and not args.out:
             out /= f"ses-{args.in_session}"  # separate from the results for all sessions
         if args.task and not args.out:
@@ -265,15 +178,15 @@ def run_analyse(args: Namespace) -> int:
         # Table III is the main result of magnitude estimation.
         print_answers(analysis, outside_only=analysis.prepared is not None)
         print(f"report: {report}")
-    return tell_plan(analysis)
+    return tell_plan(analysis) or (ANSWER_IS_NO if data.left_out else DONE)
 
 
 def held_against(bundle: Bundle, analysis: Analysis, args: Namespace) -> Analysis:
     """Compare an analysis with a frozen plan; return the analysis with its deviations."""
-    from slipscale.analysis.cli.mapping_options import OTHERS
     from slipscale.analysis.preregistration.check import check_plan
+    from slipscale.analysis.reading.meaning.keywords import MEANINGS
 
-    named = (*COLUMN_OPTIONS, "in_session", "task", *OTHERS)
+    named = ("in_session", "task", *MEANINGS)
     given = [f"--{name.replace('_', '-')}" for name in named if getattr(args, name)]
     return replace(analysis, plan=check_plan(bundle, analysis, given))
 

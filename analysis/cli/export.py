@@ -6,7 +6,8 @@ import sys
 from argparse import ArgumentParser, Namespace
 from pathlib import Path
 
-from slipscale.analysis.cli.analyse import add_data, add_mapping, analysed
+from slipscale.analysis.cli.analyse import add_data, analysed
+from slipscale.analysis.cli.mapping_arguments import add_mapping
 from slipscale.analysis.cli.progress_line import telling
 from slipscale.experiments.lab.defaults import here, say
 from slipscale.faults import DONE, harmless

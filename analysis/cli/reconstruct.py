@@ -356,7 +356,7 @@ def _write_samples(
     import numpy as np
 
     from slipscale.analysis.reconstruction.data_sets.sampling import Sampler
-    from slipscale.analysis.writing.spreadsheet_cells import harmless_cell
+    from slipscale.faults.spreadsheet_cells import harmless_cell
 
     # Checks all columns before the first row is written.
     samplers = {

@@ -10,8 +10,8 @@ from dataclasses import asdict, fields
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from slipscale.analysis.writing.spreadsheet_cells import harmless_cell
 from slipscale.faults import ANSWER_IS_NO, DONE, UserError
+from slipscale.faults.spreadsheet_cells import harmless_cell
 
 if TYPE_CHECKING:
     from slipscale.analysis.reconstruction.table.table_files import Row

@@ -6,7 +6,7 @@ import csv
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from slipscale.analysis.writing.spreadsheet_cells import harmless_cell
+from slipscale.faults.spreadsheet_cells import harmless_cell
 
 if TYPE_CHECKING:
     import pandas as pd

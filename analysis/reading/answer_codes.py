@@ -12,18 +12,19 @@ Rules:
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
 import pandas as pd
 
 from slipscale.analysis.reading.cells import cell
 from slipscale.analysis.reading.delimited import NOT_AVAILABLE, Problems, Source
+from slipscale.analysis.reading.programs.records import as_text
 from slipscale.faults import UserError
 
 if TYPE_CHECKING:
-    from slipscale.analysis.reading.mapping import AnswerWords
+    from slipscale.analysis.reading.meaning.mapping import AnswerWords
 
 #: Codes in tables written by Slipscale.
 TRUE, FALSE = frozenset({"yes", "true", "1", "1.0"}), frozenset({"no", "false", "0", "0.0"})
@@ -35,6 +36,8 @@ PAIRS = (
     *(("sí", "no"), ("si", "no"), ("s", "n")),
     *(("correct", "incorrect"), ("correct", "wrong"), ("right", "wrong")),
 )
+#: Whole number with decimals, as programs write a column with blank cells.
+WHOLE = re.compile(r"^([+-]?\d+)\.0*$")
 #: Maximum number of codes to list in a message.
 LISTED = 8
 
@@ -70,7 +73,7 @@ def as_answers(
     UserError
         If the meaning of a code is neither known nor stated, or if no stated code for yes occurs.
     """
-    codes = _codes(frame[column])
+    codes = codes_of(frame[column])
     where = f"{sources[0].name}, column {problems.title(column)}" if sources else column
     yes, no = (_stated(words.yes), _stated(words.no)) if words else (frozenset(), frozenset())
     agreed, disagreed = _meaning(codes.value_counts(), where, yes, no)
@@ -81,32 +84,30 @@ def without_missing(
     frame: pd.DataFrame, column: str, missing: Sequence[str] | None, problems: Problems
 ) -> pd.DataFrame:
     """Leave out the rows whose code means that there is no answer, and report their number."""
-    codes = _codes(frame[column])
+    codes = codes_of(frame[column])
     left_out = codes.isin(_stated(missing))
     if not left_out.any():
         return frame
     problems.add(
         f"column {problems.title(column)}: {int(left_out.sum())} of {len(frame)} trials are left "
-        f"out, because {_described(codes[left_out].value_counts())} means that there is no answer"
+        f"out, because {described(codes[left_out].value_counts())} means that there is no answer"
     )
     return frame[~left_out].reset_index(drop=True)
 
 
 def _stated(codes: Sequence[str] | None) -> frozenset[str]:
-    return frozenset(code.strip().lower() for code in codes or ())
+    return frozenset(map(_code, codes or ()))
 
 
-def _codes(cells: pd.Series[Any]) -> pd.Series[Any]:
+def _code(text: str) -> str:
+    return WHOLE.sub(r"\1", text.strip().lower())
+
+
+def codes_of(cells: pd.Series[Any]) -> pd.Series[Any]:
     """Normalise cells for comparison: lower case, and whole numbers without decimals."""
-    text = cells.astype("object").map(
-        lambda value: (
-            f"{value:g}"
-            if isinstance(value, int | float) and not isinstance(value, bool)
-            else str(value).strip().lower()
-        )
-    )
-    missing = cells.isna() | text.isin({*(word.lower() for word in NOT_AVAILABLE), "", "nan"})
-    return text.mask(missing, np.nan)
+    missing = {*(word.lower() for word in NOT_AVAILABLE), "nan"}
+    codes = {value: _code(as_text(value) or "") for value in cells.dropna().unique()}
+    return cells.map({value: code for value, code in codes.items() if code not in missing})
 
 
 def _meaning(
@@ -119,7 +120,7 @@ def _meaning(
             "{where}: '{yes}' does not occur; found {answers}. Set --yes to one of these codes",
             where=where,
             yes=", ".join(sorted(yes)),
-            answers=_described(counts),
+            answers=described(counts),
         )
     if not (yes or no):
         for agreed, disagreed in PAIRS:
@@ -131,7 +132,7 @@ def _meaning(
             "CODE for no or wrong and --missing CODE for no answer; for counts of yes answers, use "
             "--yes-count and --n",
             where=where,
-            answers=_described(counts),
+            answers=described(counts),
             code=next(iter(counts.index), "CODE"),
         )
     others = found - yes - no
@@ -140,12 +141,13 @@ def _meaning(
             "{where}: the meaning of {others} is not stated; expected --no CODE for no or wrong, "
             "or --missing CODE for no answer (or exclude the rows with --only)",
             where=where,
-            others=_described(counts[counts.index.isin(others)]),
+            others=described(counts[counts.index.isin(others)]),
         )
     return (yes, no | others) if yes else (others, no)
 
 
-def _described(counts: pd.Series[int]) -> str:
+def described(counts: pd.Series[int]) -> str:
+    """List codes with their numbers, for messages."""
     shown = [f"'{cell(code)}' ({number} times)" for code, number in counts.items()]
     more = f" and {len(shown) - LISTED} other codes" if len(shown) > LISTED else ""
     return (", ".join(shown[:LISTED]) + more) or "all missing"

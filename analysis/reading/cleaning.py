@@ -30,7 +30,7 @@ from slipscale.faults import UserError
 from slipscale.stimuli.quantity import DIGITS, PLATE_AMPLITUDE, Quantity
 
 if TYPE_CHECKING:
-    from slipscale.analysis.reading.mapping import AnswerWords
+    from slipscale.analysis.reading.meaning.mapping import AnswerWords
 
 PHASES = (MAIN, PRACTICE)
 #: Block numbers are labels and may be words.
@@ -86,15 +86,16 @@ def clean_differences(
     *,
     words: AnswerWords | None = None,
     factors: Sequence[str] = (),
+    minimum: float = 0.0,
 ) -> pd.DataFrame:
     """Return the steps of a descending difference task; ``difference_felt`` is 1, 0 or missing.
 
-    ``words`` are the codes of the answers, or None if they were not declared. For ``factors``, see
-    `clean_estimates`.
+    ``words`` are the codes of the answers, or None if they were not declared. ``minimum`` is the
+    smallest valid level. For ``factors``, see `clean_estimates`.
     """
     clean = pd.DataFrame({name: frame[name] for name in (*IDENTITY, "file", "line")})
     for column in STEP_AMPLITUDES:
-        found = numbers(frame, column, sources, problems, minimum=0.0, lost="the step")
+        found = numbers(frame, column, sources, problems, minimum=minimum, lost="the step")
         clean[column] = told_apart(found, quantity)
     for column in DIFFERENCE.numbers:
         clean[column] = _optional_numbers(frame, column, sources, problems)

@@ -69,6 +69,8 @@ class Dataset:
         Problems found, one sentence each.
     sources : tuple of Source
         All files that were read.
+    left_out : tuple of str
+        Names of files that could not be read, although others could.
     folder : Path or None
         The data set folder; None for a single table.
     quantity : Quantity
@@ -90,6 +92,7 @@ class Dataset:
     journal_differences: tuple[str, ...] | None = None
     problems: tuple[str, ...] = ()
     sources: tuple[Source, ...] = ()
+    left_out: tuple[str, ...] = ()
     folder: Path | None = None
     quantity: Quantity = PLATE_AMPLITUDE
     study_text: str = ""
@@ -126,6 +129,28 @@ class Dataset:
         """All participants with trials of any task, answered or not."""
         tasks = (self.answers, self.differences, *self.trials.values(), *self.others.values())
         return {str(who) for rows in tasks for who in rows[PARTICIPANT].unique()}
+
+    @property
+    def rows(self) -> pd.DataFrame:
+        """The trials of the data set's first task, in the order of `tables`."""
+        tables = [rows for name, rows in self.tables.items() if name != "answers"]
+        return next((rows for rows in tables if len(rows)), self.estimates)
+
+    def __len__(self) -> int:
+        """Return the number of trials of all tasks."""
+        return sum(len(rows) for name, rows in self.tables.items() if name != "answers")
+
+    def __bool__(self) -> bool:
+        """Return True, also for a data set without trials."""
+        return True
+
+    def __getitem__(self, column: str) -> pd.Series[Any]:
+        """Return a column of `rows`."""
+        return self.rows[column]
+
+    def head(self, rows: int = 5) -> pd.DataFrame:
+        """Return the first of the `rows`."""
+        return self.rows.head(rows)
 
     def __repr__(self) -> str:
         """Summarise the data set in one line: name, mode, and numbers of people and trials."""

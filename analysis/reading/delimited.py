@@ -6,11 +6,14 @@ joined and parsed together.
 
 from __future__ import annotations
 
+import csv
 import hashlib
 import io
 import json
 import shlex
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from contextvars import ContextVar
 from dataclasses import dataclass, field
 from difflib import get_close_matches
 from pathlib import Path
@@ -29,7 +32,7 @@ from slipscale.faults import UserError
 from slipscale.faults.message import joined
 from slipscale.faults.toml_lines import Lines as TomlLines
 from slipscale.faults.validation import faults_in, sentences
-from slipscale.stimuli.level_names import UNKNOWN, Names
+from slipscale.stimuli.level_names import UNKNOWN
 from slipscale.stimuli.quantity import PLATE_AMPLITUDE, Quantity
 from slipscale.stimuli.quantity_table import QuantityTable
 
@@ -43,12 +46,10 @@ NOT_AVAILABLE = (
 #: Columns that contain names and words, including the columns of a codebook.
 TEXT = (*FREE_TEXT, "coder", "category")
 LISTED_PROBLEMS = 12
-#: Typical parts of column names, most likely first, keyed by option of ``slipscale analyse``.
-LIKELY = {
-    "participant": ("participant", "subject", "prolific", "responseid", "worker", "person", "who"),
-    "stimulus": ("amplitude", "stimulus", "intensity", "level", "pressure", "frequency"),
-    "response": ("estimate", "response", "rating", "answer", "magnitude", ".resp", "judg"),
-}
+#: Path that stands for standard input.
+STANDARD_INPUT = Path("-")
+#: Contents of tables that are no files, keyed by the path that stands for them.
+_HELD: ContextVar[Mapping[Path, bytes]] = ContextVar("held")
 #: Number of bytes to parse at once.
 PART_BYTES = 8_000_000
 #: Numeric column types, which may differ between parts of a table.
@@ -94,14 +95,28 @@ class Source:
     sha256: str
 
 
+@contextmanager
+def held(contents: Mapping[Path, bytes]) -> Iterator[None]:
+    """Let paths stand for tables in memory while they are read."""
+    token = _HELD.set(contents)
+    try:
+        yield
+    finally:
+        _HELD.reset(token)
+
+
 def read_bytes(path: Path, most: int = -1) -> bytes:
-    """Read a file, or its first ``most`` bytes; raise UserError if this fails."""
+    """Read a file or a held table, or its first ``most`` bytes; raise UserError if this fails."""
+    if (content := _HELD.get({}).get(path)) is not None:
+        return content if most < 0 else content[:most]
     try:
         with path.open("rb") as file:
             return file.read(most)
     except OSError as error:
         raise UserError(
-            "{path}: cannot be read ({reason})", path=path, reason=error.strerror
+            "{path}: cannot be read ({reason}); expected a file that you may read",
+            path=path,
+            reason=error.strerror,
         ) from error
 
 
@@ -124,7 +139,6 @@ def read_tables(
     required: Sequence[str] = (),
     columns: Sequence[str] = (),
     problems: Problems | None = None,
-    foreign: bool = False,
 ) -> tuple[pd.DataFrame, list[Source]]:
     """Read tables of one kind into a single frame.
 
@@ -143,8 +157,6 @@ def read_tables(
         count as missing in the given columns, except in `TEXT`.
     problems : Problems, optional
         Collects notes on omitted lines: empty lines and repeated headers between rows.
-    foreign : bool
-        Whether columns have the names in the files. By default, they have the names in the code.
 
     Returns
     -------
@@ -167,10 +179,8 @@ def read_tables(
         content, source = read_source(path, root)
         sources.append(source)
         lines = split(content, path, separator)
-        in_names, in_files = Names(str), Names(str)
-        if not foreign:
-            quantity = quantity_of(path)
-            in_names, in_files = quantity.in_code, quantity.in_file
+        quantity = quantity_of(path)
+        in_names, in_files = quantity.in_code, quantity.in_file
         if lines.names not in checked:
             check_names(lines.names, path, [in_files[name] for name in required])
             checked.add(lines.names)
@@ -193,6 +203,12 @@ def read_tables(
     if len(frames) > 1:
         everything = everything.sort_values(["file", "line"], ignore_index=True)
     return everything, sources
+
+
+def header_of(path: Path) -> list[str]:
+    """Return the names of a TSV file's columns, as in the file."""
+    with path.open(encoding="utf-8-sig", errors="replace", newline="") as stream:
+        return next(csv.reader(stream, delimiter="\t"), [])
 
 
 def quantity_of(path: Path) -> Quantity:
@@ -295,24 +311,19 @@ def check_names(names: Sequence[str], path: Path, required: Sequence[str]) -> No
         nearest = f"Nearest: {', '.join(near)}. " if near else ""
         raise UserError(
             "{path}: no column {missing}; found {columns}. {nearest}Expected at least "
-            "{required}; name your own columns, for example: {command}",
+            "{required}; for a description of the columns and a proposal, run {command}",
             path=path,
             missing=", ".join(missing),
             columns=_cut(names),
             nearest=nearest,
             required=", ".join(required),
-            command=_command(names, path),
+            command=shlex.join(["slipscale", "analyse", str(path)]),
         )
 
 
-def _command(names: Sequence[str], path: Path) -> str:
-    """Return an example command with likely column names, or placeholders where none is found."""
-    options = []
-    for option, likely in LIKELY.items():
-        found = [name for part in likely for name in names if part in name.lower()]
-        found = [name for name in found if name not in options]
-        options += [f"--{option}", found[0] if found else option.upper()]
-    return shlex.join(["slipscale", "analyse", path.name, *options, "--map"])
+def filled(names: Sequence[str]) -> list[str]:
+    """Return the names of columns, with a name for each column that has none."""
+    return [name or f"unnamed {place}" for place, name in enumerate(names)]
 
 
 def _cut(names: Sequence[str]) -> str:
@@ -336,7 +347,7 @@ def parse(
     Columns in ``words`` and ``as_written`` are read as text. In ``words``, only empty cells and the
     BIDS code for missing values count as missing.
     """
-    names = [name or f"unnamed {place}" for place, name in enumerate(lines.names)]
+    names = filled(lines.names)
     missing = {name: NOT_AVAILABLE if name in columns else MISSING for name in names}
     missing |= dict.fromkeys(words, MISSING)
     try:
@@ -353,7 +364,12 @@ def parse(
             dtype=dict.fromkeys([*words, *as_written], "str"),
         )
     except (pd.errors.ParserError, ValueError) as error:
-        raise UserError("{path}: not a readable table ({error})", path=path, error=error) from error
+        raise UserError(
+            "{path}: not a readable table ({error}); expected a header line and rows with as many "
+            "cells; save it as CSV UTF-8",
+            path=path,
+            error=error,
+        ) from error
     if columns:
         return frame[[name for name in columns if name in frame]]
     # PsychoPy ends each line with a comma, which creates a column without a name or values.

@@ -17,6 +17,8 @@ from slipscale.faults import UserError
 Decimal = Literal[".", ","]
 #: Possible separators, in order of preference.
 SEPARATORS = ("\t", ";", ",")
+#: A quoted cell, or blanks between cells.
+BLANKS = re.compile(rb'("[^"]*")|[ ]+')
 BOMS = {b"\xff\xfe": "utf-16", b"\xfe\xff": "utf-16", b"\xef\xbb\xbf": "utf-8-sig"}
 #: First line that tells Excel the separator, which is detected from the header instead.
 HINT = re.compile(r"\A\ufeff?\"?sep=.\"?(?=\r?\n)", re.IGNORECASE)
@@ -109,10 +111,34 @@ def _without_hint(text: str) -> str:
     return HINT.sub("", text, count=1)
 
 
-def separator_of(header: bytes) -> str:
-    """Detect the separator in a header line, ignoring characters inside quotes."""
-    outside = re.sub(rb'"[^"]*"', b"", header)
-    return next((mark for mark in SEPARATORS if mark.encode() in outside), ",")
+def separator_of(text: bytes) -> str:
+    """Detect the separator in the first line, ignoring characters inside quotes."""
+    header = re.split(rb"[\r\n]", text.lstrip(b"\r\n"), maxsplit=1)[0]
+    return next((mark for mark in SEPARATORS if mark.encode() in _outside(header)), ",")
+
+
+def separated(text: bytes) -> tuple[bytes, str]:
+    """Return a table's text and its separator; runs of blanks become tabs.
+
+    A table is separated by blanks if its first line has no other separator, and its second line has
+    as many cells as the first, or one more: R writes row numbers without a name.
+    """
+    lines = re.split(rb"\r\n|\n|\r", text)
+    filled = [line for line in lines if line.strip()][:2]
+    if not filled or any(mark.encode() in _outside(filled[0]) for mark in SEPARATORS):
+        return text, separator_of(text)
+    widths = [len(BLANKS.sub(b" ", _outside(line)).split()) for line in filled]
+    if widths[0] < 2 or len(widths) < 2 or widths[1] - widths[0] not in (0, 1):  # noqa: PLR2004
+        return text, separator_of(text)
+    tabs = [BLANKS.sub(lambda found: found[1] or b"\t", line.strip()) for line in lines]
+    if widths[1] > widths[0]:
+        first = next(place for place, line in enumerate(tabs) if line)
+        tabs[first] = b"\t" + tabs[first]
+    return b"\n".join(tabs), "\t"
+
+
+def _outside(line: bytes) -> bytes:
+    return re.sub(rb'"[^"]*"', b"q", line)
 
 
 def decimal_of(cells: Mapping[str, Mapping[str, int]], *, name: str) -> Decimal:

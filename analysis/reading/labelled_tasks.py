@@ -7,7 +7,6 @@ only one label is analysed, and the remaining labels are reported.
 
 from __future__ import annotations
 
-import csv
 import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -20,6 +19,7 @@ from slipscale.analysis.reading.cleaning import labels
 from slipscale.analysis.reading.delimited import (
     Problems,
     Source,
+    header_of,
     quantity_of,
     read_bytes,
     read_tables,
@@ -100,17 +100,13 @@ class TaskTrials:
 IDENTITY_OF = {"sub": PARTICIPANT, "ses": "session", "task": "task", "run": "run"}
 
 
-def header_of(path: Path, *, foreign: bool = False) -> frozenset[str]:
-    """Return a table's column names; unless it is foreign, as in the code.
+def columns_of(path: Path) -> frozenset[str]:
+    """Return a table's column names as in the code.
 
     A name that ends in the unit of the levels, such as a time in a study in s, is also returned
     unchanged, because the name alone does not reveal whether the column contains levels.
     """
-    with path.open(encoding="utf-8-sig", errors="replace", newline="") as stream:
-        names = next(csv.reader(stream, delimiter="\t"), [])
-    if foreign:
-        return frozenset(names)
-    in_names = quantity_of(path).in_code
+    names, in_names = header_of(path), quantity_of(path).in_code
     return frozenset(in_names[name] for name in names) | {n for n in names if not is_level(n)}
 
 
@@ -119,7 +115,7 @@ def kind_of(task: str, path: Path, kinds: Sequence[TaskTrials]) -> TaskTrials | 
     by_label = next((kind for kind in kinds if kind.label == task), None)
     if by_label is not None:
         return by_label
-    header = header_of(path)
+    header = columns_of(path)
     return next((kind for kind in kinds if kind.belongs(header)), None)
 
 
@@ -230,7 +226,7 @@ def read_others(
     tasks: dict[str, pd.DataFrame] = {}
     sources: list[Source] = []
     for task, entries in sorted(others.items()):
-        columns = frozenset().union(*(header_of(path) for path, _ in entries))
+        columns = frozenset().union(*(columns_of(path) for path, _ in entries))
         frame, read_sources = read_main_trials(
             entries,
             folder,

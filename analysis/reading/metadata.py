@@ -161,7 +161,7 @@ def choices(
     try:
         text = content.decode("utf-8-sig")
     except UnicodeDecodeError as error:
-        raise UserError("{path}: not a TOML file ({error})", path=path, error=error) from error
+        raise UserError("{path}: expected a TOML file ({error})", path=path, error=error) from error
     given = toml_table(text, str(path)).get("analysis", {})
     try:
         choices = AnalysisChoices.model_validate(given)

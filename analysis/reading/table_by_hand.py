@@ -17,6 +17,7 @@ from slipscale.analysis.reading.delimited import (
     Problems,
     Source,
     check_names,
+    filled,
     parse,
     read_source,
 )
@@ -27,7 +28,7 @@ from slipscale.analysis.reading.dialect import (
     decimal_of,
     decoded,
     in_points,
-    separator_of,
+    separated,
 )
 from slipscale.analysis.reading.programs.records import as_text
 from slipscale.analysis.reading.programs.table import Wanted, program_of
@@ -46,10 +47,13 @@ def read_table(
     required: Sequence[str],
     numbers: Sequence[str],
     words: Sequence[str],
-    identifier: str,
+    identifier: str | None,
     problems: Problems,
+    root: Path | None = None,
     decimal: Decimal | None = None,
     sheet: str | None = None,
+    header: bool = True,
+    everything: bool = False,
 ) -> tuple[pd.DataFrame, Source]:
     """Read a table and detect its encoding, separator and decimal mark.
 
@@ -63,13 +67,19 @@ def read_table(
     numbers, words : sequence of str
         Columns to return if present. Numbers are written with decimal points and without thousands
         separators; other cells are not changed.
-    identifier : str
+    identifier : str or None
         Column with the participant's label. In this column, ``NA`` and similar codes count as
         missing unless they are quoted.
+    root : Path, optional
+        Folder to which the file's name is relative; by default, its own.
     decimal : str, optional
         Decimal mark; by default, detected from all numbers in the file.
     sheet : str, optional
         Sheet of a workbook, or variable in a MATLAB file.
+    header : bool
+        Whether the first line contains the names of the columns, which are otherwise 1, 2, 3.
+    everything : bool
+        Whether to return all columns; those that are not in ``words`` contain numbers.
 
     Returns
     -------
@@ -84,22 +94,46 @@ def read_table(
         `slipscale.analysis.reading.dialect.decimal_of` and the modules in
         `slipscale.analysis.reading.programs`.
     """
-    content, source = read_source(path, path.parent)
+    content, source = read_source(path, root if root and root.is_dir() else path.parent)
     quoted = None
     program = program_of(content, path)
     if program is not None:
         cells = program.read(content, path, Wanted(words=words, sheet=sheet))
+        cells = cells if header else _without_header(cells)
+        if everything:
+            numbers = [name for name in cells.columns if name not in (*words, "line")]
         frame = _only(cells, path, required, numbers, words)
     else:
-        text = _as_utf_8(content, path, problems)
-        frame = _read_text(text, path, required, numbers, words, problems=problems)
-        quoted = _quoted_identifiers(frame, identifier, text)
+        text, separator = separated(_as_utf_8(content, path, problems))
+        lines = split(text, path, separator, header=header)
+        if everything:
+            numbers = [name for name in filled(lines.names) if name not in words]
+        check_names(lines.names, path, required)
+        for phrase in lines.left_out:
+            problems.add(f"{source.name}, {phrase}")
+        frame = _read_text(lines, path, separator, numbers, words)
+        if everything:  # the comma at the end of each line of some programs is no column
+            frame = frame.dropna(axis="columns", how="all")
+        if identifier is not None:
+            quoted = _quoted_identifiers(frame, identifier, text)
     frame["file"] = 0
-    _with_points(frame, numbers, decimal, path.name)
-    frame = only_named(frame, identifier, problems, path.name, quoted=quoted)
+    _with_points(frame, numbers, decimal, source.name)
+    if identifier is None:
+        return frame, source
+    frame = only_named(frame, identifier, problems, source.name, quoted=quoted)
     who = [str(label) for label in frame[identifier].unique()]
-    problems.add_many(check_labels(who, identifier, path.name), ("labels that differ only in case"))
+    problems.add_many(check_labels(who, identifier, source.name), "labels that differ only in case")
     return frame, source
+
+
+def _without_header(cells: pd.DataFrame) -> pd.DataFrame:
+    """Return the cells with the first row, which the program took for the names of columns."""
+    names = [name for name in cells.columns if name != "line"]
+    numbered = dict(zip(names, map(str, range(1, len(names) + 1)), strict=True))
+    if names == list(numbered.values()):  # the columns of a matrix have no names
+        return cells
+    first = pd.DataFrame([{**dict(zip(names, names, strict=True)), "line": 1}])
+    return pd.concat([first, cells], ignore_index=True).rename(columns=numbered)
 
 
 def _as_utf_8(content: bytes, path: Path, problems: Problems) -> bytes:
@@ -130,19 +164,8 @@ def _only(
 
 
 def _read_text(
-    text: bytes,
-    path: Path,
-    required: Sequence[str],
-    numbers: Sequence[str],
-    words: Sequence[str],
-    *,
-    problems: Problems,
+    lines: Lines, path: Path, separator: str, numbers: Sequence[str], words: Sequence[str]
 ) -> pd.DataFrame:
-    separator = separator_of(text.lstrip(b"\r\n").replace(b"\r", b"\n").partition(b"\n")[0])
-    lines = split(text, path, separator)
-    check_names(lines.names, path, required)
-    for phrase in lines.left_out:
-        problems.add(f"{path.name}, {phrase}")
     # If commas separate cells, only quoted cells can contain commas.
     marked = b"," in lines.body if separator != "," else b'"' in lines.body
     marked = marked or THOUSANDS_POINT.search(lines.body) is not None

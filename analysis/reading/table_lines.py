@@ -7,6 +7,7 @@ lines that are not rows are omitted and reported, and the rows keep their line n
 from __future__ import annotations
 
 import csv
+import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
@@ -18,6 +19,8 @@ from numpy.typing import NDArray
 from slipscale.faults import UserError
 
 QUOTE, NEWLINE = b'"', b"\n"
+#: Last line of a table from Gorilla.
+END_OF_FILE = re.compile(rb'\n"?END OF FILE"?[,;\t]*\n*\Z')
 #: Maximum number of line numbers to list in a sentence.
 LISTED_LINES = 12
 
@@ -53,8 +56,10 @@ class Lines:
         return replace(self, names=names, header=separator.join(names).encode())
 
 
-def split(content: bytes, path: Path, separator: str) -> Lines:
+def split(content: bytes, path: Path, separator: str, *, header: bool = True) -> Lines:
     """Split the content of a file into header and rows.
+
+    Without a header, the names of the columns are 1, 2, 3 and so on.
 
     Raises
     ------
@@ -62,27 +67,30 @@ def split(content: bytes, path: Path, separator: str) -> Lines:
         If the content is not UTF-8 text, is empty, has a line with a wrong number of cells, or has
         an unmatched quotation mark.
     """
-    text = _checked(content, path)
+    text = END_OF_FILE.sub(NEWLINE, _checked(content, path))
     unpadded = text.lstrip(NEWLINE)
     first = 1 + len(text) - len(unpadded)
-    header, _, body = unpadded.partition(NEWLINE)
-    if not header.strip():
+    top, _, body = unpadded.partition(NEWLINE)
+    if not top.strip():
         raise UserError("{path}: the file is empty; expected a header line and rows", path=path)
-    if header.count(QUOTE) % 2:
+    if not header:
+        first, body = first - 1, unpadded
+        top = separator.join(map(str, range(1, 1 + len(_names(top, separator))))).encode()
+    if top.count(QUOTE) % 2:
         raise UserError(
             "{path}: line {first}, the header, has an unmatched quotation mark; expected a pair"
             " around each quoted name",
             path=path,
             first=first,
         )
-    names = _names(header, separator)
+    names = _names(top, separator)
     body = body.rstrip(NEWLINE)
     body = body + NEWLINE if body else body
-    count = _regular(header, body, separator, len(names))
+    count = _regular(top, body, separator, len(names))
     if count is not None:
         places = np.arange(first + 1, first + 1 + count)
-        return Lines(header=header, body=body, names=names, places=places)
-    return _row_by_row(header, body, names, separator=separator, first=first, path=path)
+        return Lines(header=top, body=body, names=names, places=places)
+    return _row_by_row(top, body, names, separator=separator, first=first, path=path)
 
 
 def complain(lines: Lines, path: Path, separator: str) -> None:

@@ -23,7 +23,7 @@ from slipscale.analysis.reconstruction.report import (
 from slipscale.analysis.reconstruction_page.distributions import cumulative, histogram
 from slipscale.analysis.reconstruction_page.figures import cumulative_figure, histogram_figure
 from slipscale.analysis.writing import html
-from slipscale.analysis.writing.spreadsheet_cells import harmless_cell
+from slipscale.faults.spreadsheet_cells import harmless_cell
 from slipscale.figure_style import svg
 
 if TYPE_CHECKING:

@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 from dataclasses import dataclass
+from pathlib import Path
 
+import pandas as pd
 from markupsafe import Markup
+from matplotlib.figure import Figure
 
 from slipscale import figure_style
-from slipscale.analysis.reporting.files import draw
+from slipscale.analysis.reporting.files import draw, write_analysis
 from slipscale.analysis.reporting.page import conclusions
+from slipscale.analysis.reporting.tables import tables
 from slipscale.analysis.tasks.kind import Analysis
+from slipscale.faults import UserError
 
 #: No colours are set, so that light and dark themes both work. Figures have a white background.
 PAGE = Markup(
@@ -37,6 +42,40 @@ FIGURE = Markup(
 @dataclass(frozen=True, slots=True, kw_only=True, repr=False)
 class DisplayedAnalysis(Analysis):
     """An analysis that Python and notebooks display as a summary."""
+
+    @property
+    def tables(self) -> dict[str, pd.DataFrame]:
+        """The result tables, as in the CSV files, keyed by name."""
+        return tables(self)
+
+    def plot(self, name: str | None = None) -> Figure:
+        """Return a figure, by default the first one.
+
+        Raises
+        ------
+        UserError
+            If there is no figure with this name.
+        """
+        figures = draw(self)
+        if name is None and figures:
+            return next(iter(figures.values()))
+        if name not in figures:
+            raise UserError(
+                "plot: no figure '{name}'; expected one of {known}",
+                name=name,
+                known=", ".join(figures) or "none, because no results can be drawn",
+            )
+        return figures[name]
+
+    def save(self, folder: str | Path, formats: Collection[str] = ()) -> Path:
+        """Write tables, figures and the report into a folder, and return the report's path.
+
+        Parameters
+        ----------
+        formats : collection of str
+            Figure formats in addition to SVG: ``"png"``, ``"pdf"``.
+        """
+        return write_analysis(self, Path(folder), formats=formats)
 
     def __repr__(self) -> str:
         """Summarise the analysis in a few lines of text."""

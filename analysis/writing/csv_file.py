@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from slipscale.analysis.writing.spreadsheet_cells import harmless_cell
+from slipscale.faults.spreadsheet_cells import harmless_cell
 
 #: Cells with these characters are written in quotation marks.
 SPECIAL = re.compile(r'[",\r\n]')

@@ -46,4 +46,5 @@ def default_folder(data: Dataset, source: str | Path) -> Path:
     if data.folder is not None:
         return data.folder / "derivatives" / "slipscale"
     path = Path(source)
-    return path.with_name(f"{path.stem}-slipscale")
+    name = "standard-input" if path == Path("-") else path.stem
+    return path.with_name(f"{name}-slipscale")

@@ -11,7 +11,7 @@ from __future__ import annotations
 import re
 from functools import cache
 
-from slipscale.analysis.reading.foreign.answers import ANSWERS
+from slipscale.analysis.reading.foreign.layouts.answers import ANSWERS
 from slipscale.analysis.writing.factor_words import factor_level, factor_name
 from slipscale.experiments.protocol_parts.registry import protocol_names
 

@@ -81,8 +81,8 @@ class SlipscalePlateComponent(BaseDeviceComponent):  # type: ignore[misc] # Psyc
             allowedUpdates=["constant", "set every repeat"],
             label="Amplitude [µm peak to peak, or the plate's unit]",
             hint=(
-                "0 switches the plate off. To use a variable of the conditions file, enter "
-                "$amplitude and choose 'set every repeat'"
+                "0 switches the plate off. A number, a variable of the conditions file or an "
+                "expression, such as $amplitude; it is read at the start of each repeat"
             ),
         )
 
@@ -92,9 +92,13 @@ class SlipscalePlateComponent(BaseDeviceComponent):  # type: ignore[misc] # Psyc
         buff.writeIndentedLines(code % getInitVals(self.params, "PsychoPy"))
 
     def writeRoutineStartCode(self, buff: Any) -> None:  # noqa: N802
-        """Write the code that sets the amplitude at the start of each repeat."""
-        code = "%(name)s.amplitude_um_pp = %(amplitude_um_pp)s\n"
-        buff.writeIndentedLines(code % getInitVals(self.params, "PsychoPy"))
+        """Write the code that sets the amplitude at the start of each repeat.
+
+        PsychoPy writes "None" for a value that is set every repeat, and keeps the dollar sign of a
+        constant.
+        """
+        value = str(self.params["amplitude_um_pp"].val).strip().removeprefix("$") or "None"
+        buff.writeIndentedLines(f"{self.params['name']}.amplitude_um_pp = {value}\n")
 
     def writeFrameCode(self, buff: Any) -> None:  # noqa: N802
         """Write the code that starts the plate, checks it in every frame and stops it."""

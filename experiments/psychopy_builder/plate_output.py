@@ -16,8 +16,6 @@ class PlateOutput:
 
     Attributes
     ----------
-    amplitude_um_pp : float
-        Level to present at the next start, in µm peak to peak or in the unit of the plate file.
     readback_level : float or None
         Level reported by the plate after the most recent start.
 
@@ -35,15 +33,33 @@ class PlateOutput:
                 "Builder's device manager"
             )
         self.status = NOT_STARTED  # PsychoPy's scripts store the component's state here
-        self.amplitude_um_pp = 0.0
+        self._amplitude_um_pp = 0.0
         self.readback_level: float | None = None
         self._plate = plate
         self._on = False
 
+    @property
+    def amplitude_um_pp(self) -> float:
+        """Level to present at the next start, in µm peak to peak or in the plate's unit.
+
+        Setting a value that is not a number raises ValueError.
+        """
+        return self._amplitude_um_pp
+
+    @amplitude_um_pp.setter
+    def amplitude_um_pp(self, value: object) -> None:
+        try:
+            self._amplitude_um_pp = float(str(value))
+        except ValueError:
+            raise ValueError(
+                f"the amplitude of a Slipscale plate is {value!r}; expected a number: see the "
+                "component's amplitude, and the column of the conditions file"
+            ) from None
+
     def start(self) -> None:
         """Ramp to the amplitude, and return when it has settled (after tens of milliseconds)."""
         self._on = True
-        made = self._plate.present(float(self.amplitude_um_pp))
+        made = self._plate.present(self.amplitude_um_pp)
         self.readback_level = made.readback.level
 
     @property

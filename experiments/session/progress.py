@@ -7,14 +7,13 @@ from contextlib import contextmanager
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from slipscale.experiments.session.operator import Operator, SessionStatus, State
+from slipscale.experiments.session.operator import SessionStatus, State
 from slipscale.experiments.steps.steps import Ask, EndBlock, EndTrial, Present, Step
 
 if TYPE_CHECKING:
-    from slipscale.experiments.session.sound.masking_noise import Noise
+    from slipscale.experiments.session.parts import Setup
     from slipscale.experiments.session.surface_state import SurfaceState
     from slipscale.experiments.steps.trial import Trial
-    from slipscale.hardware.clock import Clock
     from slipscale.hardware.errors import PlateFault
 
 
@@ -23,44 +22,37 @@ class Progress:
 
     Parameters
     ----------
-    operator : Operator
-    clock : Clock
-    noise, surface
-        The session's masking noise and surface, whose states are shown in the status.
+    setup : Setup
+        The session's operator, clock and masking noise; whether the operator sees the amplitude;
+        and problems found before the session began.
+    surface : SurfaceState
+        The session's surface, whose state is shown in the status.
     planned : int
         Expected number of trials in the whole session.
     voided : int
         Number of trials voided before the session was resumed; all of them are repeated.
-    unblinded : bool
-        Whether the operator sees the amplitude from the beginning.
-    warnings : tuple of str
-        Problems found before the session began.
     """
 
     def __init__(
         self,
-        operator: Operator,
-        clock: Clock,
+        setup: Setup,
         *,
-        noise: Noise,
         surface: SurfaceState,
         planned: int,
         voided: int = 0,
-        unblinded: bool = False,
-        warnings: tuple[str, ...] = (),
     ) -> None:
-        self._operator = operator
-        self._clock = clock
-        self._noise = noise
+        self._operator = setup.operator
+        self._clock = setup.clock
+        self._noise = setup.noise
         self._surface = surface
         self._status = SessionStatus(
             state="showing",
             planned=planned + voided,
             voided=voided,
-            unblinded=unblinded,
-            warnings=warnings,
+            unblinded=setup.unblind,
+            warnings=setup.warnings,
         )
-        self._begun_s = clock.now()
+        self._begun_s = setup.clock.now()
         self._away_s = 0.0  # duration of faults and pauses
         self._done_before = 0
         self._trial: Trial | None = None  # the last trial whose surface was presented

@@ -110,16 +110,7 @@ class Session:
             record.kind == "void" and record.data.get("repeated", True)
             for record in journal.records
         )
-        self._progress = Progress(
-            setup.operator,
-            clock,
-            noise=self._noise,
-            surface=self._surface,
-            planned=planned,
-            voided=voided,
-            unblinded=setup.unblind,
-            warnings=setup.warnings,
-        )
+        self._progress = Progress(setup, surface=self._surface, planned=planned, voided=voided)
         journal.tell = self._progress.warn
         operator_answers = OperatorAnswers(self._progress, clock)
         parts = Parts(

@@ -1,10 +1,12 @@
-"""Load the library for National Instruments devices."""
+"""Load the library for National Instruments devices, and set their outputs to 0 V."""
 
 from __future__ import annotations
 
 from typing import Any
 
 from slipscale.faults import UserError
+
+TERMINAL_V = 10.0  # largest output voltage, peak
 
 
 def load_library() -> Any:
@@ -17,3 +19,10 @@ def load_library() -> Any:
             "NI's own driver (NI-DAQmx)"
         ) from None
     return nidaqmx
+
+
+def hold_at_zero(library: Any, channel: str) -> None:
+    """Set an analogue output to 0 V; it keeps this voltage after the task has ended."""
+    with library.Task() as task:
+        task.ao_channels.add_ao_voltage_chan(channel, min_val=-TERMINAL_V, max_val=TERMINAL_V)
+        task.write(0.0, auto_start=True)

@@ -10,6 +10,8 @@ vibrotactile actuator below 1 kHz (level as acceleration or displacement). SPEC:
 ``per_volt``    the level per volt (peak) at the terminal: amplifier and actuator; required
 ``readback``    a voltage input that is wired to the output, such as Dev1/ai0
 ``rate``        samples per second (100 per period)
+``attention``   seconds (5); if a session neither commands nor checks for this long, it is
+                assumed to hang and the output is switched off; 0: never
 ==============  ==================================================================
 
 The user must measure ``per_volt`` at the given frequency. If ``readback`` is given, the reported
@@ -17,14 +19,16 @@ level is computed from the voltage measured at that input (readback "applied"). 
 commanded level is reported (readback "commanded"). The channel ``emulated/ao0`` selects an emulated
 device.
 
-**This backend has not been tested on a real device.** If the computer fails, the device keeps
-playing until an interlock at the amplifier switches it off.
+**This backend has not been tested on a real device.** A guard process switches the output off if
+the session is killed or hangs. If the computer fails, the device keeps playing until an interlock
+at the amplifier switches it off.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -32,14 +36,15 @@ import numpy as np
 from slipscale.faults import UserError
 from slipscale.hardware import address as addresses
 from slipscale.hardware.backends import daq_device
-from slipscale.hardware.backends.daq_library import load_library
+from slipscale.hardware.backends.daq_library import TERMINAL_V, hold_at_zero, load_library
+from slipscale.hardware.backends.guarded_daq import GuardedDaq
 from slipscale.hardware.clock import Clock
 from slipscale.hardware.driver import PlateDriver
 from slipscale.hardware.errors import ConnectionLost, OverLimit, StillVibrating
+from slipscale.hardware.output.unattended import Guarded, StopsAlone
 from slipscale.hardware.records import EMULATED, PlateIdentity, Presentation, Readback
 from slipscale.stimuli.modulation import along_edge
 
-TERMINAL_V = 10.0  # largest output voltage, peak
 RAMP_S, RAMP_STEPS = 0.05, 16  # raised cosine
 PERIODS = 10  # periods in the repeated buffer
 SAMPLES_PER_PERIOD = 100
@@ -53,6 +58,7 @@ def _channel(text: str) -> str:
 
 
 OPTIONS: dict[str, Callable[[str], Any]] = {
+    "attention": addresses.number_from_0,
     "frequency": addresses.positive_number,
     "per_volt": addresses.positive_number,
     "rate": addresses.positive_number,
@@ -104,7 +110,14 @@ class DaqOutput(PlateDriver):
             )
         phase = 2 * math.pi * PERIODS * np.arange(round(samples)) / round(samples)
         self._sine, self._cosine = np.sin(phase), np.cos(phase)
+        self.attention_s = options.get("attention", self.attention_s)
         emulated = channel.startswith(EMULATED_DEVICE)
+        self.instrument = "" if emulated else channel
+        self.unattended = (
+            StopsAlone("the device is emulated by this process")
+            if emulated
+            else Guarded(partial(GuardedDaq, channel))
+        )
         self._library: Any = daq_device if emulated else load_library()
         self._serial = f"{EMULATED}-daq" if emulated else channel.partition("/")[0]
         self._task: Any = None
@@ -193,15 +206,7 @@ class DaqOutput(PlateDriver):
     def _zero(self) -> None:
         """Stop the sine wave and set the output to 0 V. Raises `ConnectionLost` if either fails."""
         self._close()
-
-        def hold() -> None:
-            with self._library.Task() as task:
-                task.ao_channels.add_ao_voltage_chan(
-                    self._channel, min_val=-TERMINAL_V, max_val=TERMINAL_V
-                )
-                task.write(0.0, auto_start=True)
-
-        self._asked(hold)
+        self._asked(partial(hold_at_zero, self._library, self._channel))
         self._level = 0.0
 
     def _measure(self) -> Any:

@@ -10,6 +10,8 @@ SPEC: ``scpi:RESOURCE,option=value,...`` where RESOURCE is a VISA resource
 ``plate``         a file written by ``slipscale plate new``: limits, calibration,
                   gain and channel
 ``channel``       the generator's channel, 1 or 2 (1)
+``attention``     seconds (5); if a session neither commands nor checks for this
+                  long, it is assumed to hang and the output is switched off; 0: never
 ``dialect``       the make, see `generator_dialects` (default: from ``*IDN?``)
 ``frequency``     sine frequency, Hz: for a plate file in a quantity other than µm, in
                   place of a calibration
@@ -20,15 +22,17 @@ SPEC: ``scpi:RESOURCE,option=value,...`` where RESOURCE is a VISA resource
 **All voltages in this file are V peak at the plate**, after the amplifier, except the values sent
 to the generator, which are V peak to peak at the generator's output.
 
-The generator has **no watchdog**: if the computer fails, the plate continues to vibrate. Use a
-hardware interlock (docs/how-to/function-generator.md). Because the generator does not measure
-vibration, the readback is computed from the active drive.
+The generator has **no watchdog**. A guard process switches it off if the session is killed or
+hangs. If the computer fails, the plate continues to vibrate: use a hardware interlock
+(docs/how-to/function-generator.md). Because the generator does not measure vibration, the
+readback is computed from the active drive.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from typing import TYPE_CHECKING
 
 from slipscale.faults import UserError
@@ -36,11 +40,13 @@ from slipscale.hardware import address as addresses
 from slipscale.hardware.backends import drive_of_level
 from slipscale.hardware.backends.gain import agreed_gain
 from slipscale.hardware.backends.generator_dialects import Dialect, channel_number, dialect_named
-from slipscale.hardware.backends.generator_line import GeneratorLine
+from slipscale.hardware.backends.generator_line import Line, RelayedLine
 from slipscale.hardware.backends.generator_output import GeneratorOutput
+from slipscale.hardware.backends.guarded_generator import GuardedGenerator
 from slipscale.hardware.clock import Clock, SystemClock
 from slipscale.hardware.driver import PlateDriver
 from slipscale.hardware.errors import OverLimit
+from slipscale.hardware.output.unattended import Guarded
 from slipscale.hardware.records import PlateIdentity, Presentation, Readback
 from slipscale.stimuli.modulation import along_edge
 
@@ -54,6 +60,7 @@ RAMP_S, RAMP_STEPS = 0.03, 10
 VPP_PER_V_PEAK = 2.0
 
 OPTIONS: dict[str, Callable[[str], object]] = {
+    "attention": addresses.number_from_0,
     "channel": channel_number,
     "dialect": dialect_named,
     "gain": addresses.positive_number,
@@ -66,7 +73,7 @@ class FunctionGenerator(PlateDriver):
 
     Parameters
     ----------
-    line : GeneratorLine
+    line : Line
         Connection to the generator, not yet opened.
     clock : Clock
         Clock for the time stamps of readbacks.
@@ -97,7 +104,7 @@ class FunctionGenerator(PlateDriver):
 
     def __init__(
         self,
-        line: GeneratorLine,
+        line: Line,
         *,
         clock: Clock,
         limits: PlateLimits | None = None,
@@ -112,6 +119,11 @@ class FunctionGenerator(PlateDriver):
         self._level_drive = drive or drive_of_level.calibrated(calibration)
         self.limits = replace(self.limits, voltage_v=drive_of_level.largest_v_peak(self.limits))
         self._output = GeneratorOutput(line, channel, dialect)
+        if isinstance(line, RelayedLine):
+            line.relay = self._ask_guard
+            held = partial(GuardedGenerator, line.resource, channel, dialect)
+            self.unattended = Guarded(held)
+            self.instrument = f"{line.resource}, channel {channel}"
         wired = plate_file.wiring.amplifier_gain if plate_file else None
         self.amplifier_gain = agreed_gain(
             amplifier_gain,
@@ -256,8 +268,8 @@ def open_plate(address: str, *, clock: Clock, seed: int) -> PlateDriver:  # noqa
             channel=channel,
             wired=wired,
         )
-    return FunctionGenerator(
-        GeneratorLine(resource),
+    plate_driver = FunctionGenerator(
+        RelayedLine(resource),
         clock=clock,
         limits=plate.limits,
         calibration=plate.calibration,
@@ -267,3 +279,5 @@ def open_plate(address: str, *, clock: Clock, seed: int) -> PlateDriver:  # noqa
         dialect=options.get("dialect"),
         drive=drive_of_level.stated(FunctionGenerator.name, options, plate),
     )
+    plate_driver.attention_s = options.get("attention", plate_driver.attention_s)
+    return plate_driver

@@ -1,15 +1,87 @@
-"""Communicate with a function generator through PyVISA; all failures raise `PlateFault`."""
+"""Communicate with a function generator through PyVISA; all failures raise `PlateFault`.
+
+Many instruments accept a single connection. In a session, the guard process therefore owns the
+connection (`GuardedGenerator`), and the session sends its commands through the guard
+(`RelayedLine`).
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from typing import Any
+from typing import Any, Protocol
 
-from slipscale.hardware.errors import ConnectionLost, PlateNotFound, PlateTimeout
+from slipscale.hardware.errors import ConnectionLost, PlateBusy, PlateNotFound, PlateTimeout
 
 TIMEOUT_MS = 1_000
 BAUD = 115_200  # if the resource is a serial port
+
+
+class Line(Protocol):
+    """Interface for connections to a generator; all methods raise `PlateFault`."""
+
+    resource: str
+
+    @property
+    def opened(self) -> bool:
+        """Whether the connection is open."""
+
+    def open(self) -> None:
+        """Open the resource."""
+
+    def release(self) -> None:
+        """Release the resource."""
+
+    def write(self, command: str) -> None:
+        """Send a command."""
+
+    def ask(self, query: str) -> str:
+        """Send a query and return the answer."""
+
+
+class RelayedLine:
+    """Connection that the guard process holds.
+
+    Parameters
+    ----------
+    resource : str
+        VISA resource or serial port.
+
+    Attributes
+    ----------
+    relay : callable
+        Function that calls a method of the `GuardedGenerator`; set by the driver.
+    """
+
+    relay: Callable[..., str]
+
+    def __init__(self, resource: str) -> None:
+        self.resource = visa_resource(resource)
+        self.opened = False
+
+    def open(self) -> None:
+        """Open the resource. Raises `PlateNotFound`."""
+        self.relay("open")
+        self.opened = True
+
+    def release(self) -> None:
+        """Release the resource."""
+        if self.opened:
+            self.opened = False
+            self.relay("release")
+
+    def write(self, command: str) -> None:
+        """Send a command. Raises `PlateFault`."""
+        self.relay("write", command)
+
+    def ask(self, query: str) -> str:
+        """Send a query and return the answer. Raises `PlateFault`."""
+        return self.relay("ask", query)
+
+
+def visa_resource(text: str) -> str:
+    """Return the VISA resource for a resource or a serial port."""
+    return text if "::" in text else f"ASRL{text}::INSTR"
 
 
 class GeneratorLine:
@@ -24,7 +96,7 @@ class GeneratorLine:
     """
 
     def __init__(self, resource: str, visa_library: str = "@py") -> None:
-        self.resource = resource if "::" in resource else f"ASRL{resource}::INSTR"
+        self.resource = visa_resource(resource)
         self._visa_library = visa_library
         self._instrument: Any = None
 
@@ -49,6 +121,21 @@ class GeneratorLine:
                 write_termination="\n",
                 **serial,
             )
+            self._lock(self._instrument)
+
+    def _lock(self, instrument: Any) -> None:
+        """Lock the instrument against other computers, if it supports locks. Raises `PlateBusy`."""
+        from pyvisa.constants import StatusCode
+        from pyvisa.errors import VisaIOError
+
+        try:
+            instrument.lock_excl(timeout=TIMEOUT_MS)
+        except VisaIOError as error:
+            if error.error_code == StatusCode.error_resource_locked:
+                self.release()
+                raise PlateBusy(
+                    "{resource}: another program has locked it", resource=self.resource
+                ) from error
 
     def release(self) -> None:
         """Release the resource."""

@@ -25,7 +25,7 @@ from slipscale.hardware.backends.generator_dialects import (
     number,
     words_of,
 )
-from slipscale.hardware.backends.generator_line import GeneratorLine
+from slipscale.hardware.backends.generator_line import Line
 from slipscale.hardware.clock import Clock
 from slipscale.hardware.errors import (
     GarbledReply,
@@ -45,14 +45,14 @@ class GeneratorOutput:
 
     Parameters
     ----------
-    line : GeneratorLine
+    line : Line
     channel : int
         Output channel, 1 or 2.
     chosen : Dialect or None
         Commands for this make of generator. If None, the make is identified with ``*IDN?``.
     """
 
-    def __init__(self, line: GeneratorLine, channel: int, chosen: Dialect | None) -> None:
+    def __init__(self, line: Line, channel: int, chosen: Dialect | None) -> None:
         self.line = line
         self.channel = channel
         self.dialect = chosen or KEYSIGHT  # Set when the generator is identified.
@@ -76,6 +76,24 @@ class GeneratorOutput:
         PlateRefused
             If the generator does not keep a setting.
         """
+        identity = self.identify()
+        found, made = self.dialect, self.dialect.range_of(identity.model)
+        self.range, self._may_be_on = made, True
+        self.switch_off()
+        self.line.write("*CLS")
+        for each in found.fixed:
+            self.write(each.item, each.value)
+            self._require(each)
+        if found.attenuator:
+            self.set(found.voltage_vpp, min(largest_vpp, made.largest_vpp))
+            self.write(found.attenuator.item, found.attenuator.value)
+            self._require(found.attenuator)
+        self.set(found.voltage_vpp, made.smallest_vpp)
+        self._no_errors()
+        return identity
+
+    def identify(self) -> PlateIdentity:
+        """Ask for the make of the generator. Raises `WrongDevice` if it is unknown."""
         resource = self.line.resource
         fields = self.line.ask("*IDN?").split(",")
         if len(fields) != len(PlateIdentity.__slots__):
@@ -95,19 +113,7 @@ class GeneratorOutput:
                 model=fields[1],
                 dialects=", ".join(DIALECTS),
             )
-        self.dialect, self.range = found, found.range_of(fields[1])
-        self._may_be_on = True
-        self.switch_off()
-        self.line.write("*CLS")
-        for each in found.fixed:
-            self.write(each.item, each.value)
-            self._require(each)
-        if found.attenuator:
-            self.set(found.voltage_vpp, min(largest_vpp, self.range.largest_vpp))
-            self.write(found.attenuator.item, found.attenuator.value)
-            self._require(found.attenuator)
-        self.set(found.voltage_vpp, self.range.smallest_vpp)
-        self._no_errors()
+        self.dialect = found
         return PlateIdentity(
             manufacturer=fields[0], model=fields[1], serial=fields[2], firmware=fields[3]
         )

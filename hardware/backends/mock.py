@@ -8,6 +8,7 @@ SPEC: ``mock`` or ``mock:option=value,...`` with
 ``noise``       standard deviation of a vibrometer reading, µm (0.005)
 ``calibration`` a file written by ``slipscale plate calibrate``: narrows the limits
 ``plate``       a file written by ``slipscale plate new``: limits and calibration
+``guard``       a file to which a guard process writes when it switches the plate off
 ``fault``       faults to inject: ``CODE@PHASE/N``, see
                 `slipscale.hardware.backends.fault_injection`. CODE is a `PlateFault.code`; PHASE
                 is connect, present, read_back, silence or check. ``CODE@N`` counts commands of
@@ -32,9 +33,11 @@ from typing import TYPE_CHECKING
 from slipscale.faults.message import Message
 from slipscale.hardware import address as addresses
 from slipscale.hardware.backends.fault_injection import Injection, Schedule, parse_injections
+from slipscale.hardware.backends.guard_recorder import GuardRecorder
 from slipscale.hardware.driver import PlateDriver
 from slipscale.hardware.errors import FAULTS, ConnectionLost
 from slipscale.hardware.limits import PlateLimits
+from slipscale.hardware.output.unattended import Guarded, StopsAlone, Unattended
 from slipscale.hardware.plate.dynamics import FingerLoad, Resonator
 from slipscale.hardware.plate.twin import OFF, SETTLING_TIME_CONSTANTS, Drive, Twin
 from slipscale.hardware.records import PlateIdentity, Presentation, Readback
@@ -55,6 +58,7 @@ OPTIONS: dict[str, Callable[[str], object]] = {
     "q": addresses.number,
     "finger": addresses.number,
     "noise": addresses.number_from_0,
+    "guard": str,
     "fault": partial(parse_injections, faults=FAULTS, phases=PHASES),
 }
 
@@ -89,6 +93,8 @@ class MockPlate(PlateDriver):
 
     name = "mock"
     simulated = True
+    frozen_s = math.inf  # Simulated people do not check the plate while they explore it.
+    unattended: Unattended = StopsAlone("the plate is simulated by this process")
 
     def __init__(
         self,
@@ -270,7 +276,7 @@ def open_plate(address: str, *, clock: Clock, seed: int) -> PlateDriver:
         voltage_limit_v=found.limits.voltage_v,
         **({"noise_um": options["noise"]} if "noise" in options else {}),
     )
-    return MockPlate(
+    plate = MockPlate(
         clock=clock,
         twin=twin,
         limits=found.limits,
@@ -278,3 +284,6 @@ def open_plate(address: str, *, clock: Clock, seed: int) -> PlateDriver:
         plate_file=found.file,
         injections=options.get("fault", ()),
     )
+    if "guard" in options:
+        plate.unattended = Guarded(partial(GuardRecorder, options["guard"]))
+    return plate

@@ -11,6 +11,7 @@ actuator switches off both, and *confirmed off* requires both to confirm.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Collection
 from dataclasses import replace
 
@@ -21,6 +22,7 @@ from slipscale.hardware.address import SPLIT, parts
 from slipscale.hardware.clock import Clock
 from slipscale.hardware.driver import PlateDriver
 from slipscale.hardware.errors import ConnectionLost, StillVibrating
+from slipscale.hardware.output.unattended import StopsAlone
 from slipscale.hardware.records import Output, PlateIdentity, Presentation, Readback
 from slipscale.stimuli.modulation import Loop
 from slipscale.stimuli.surface import Sensor, Surface, VirtualSurface
@@ -36,6 +38,8 @@ class PlatePair(PlateDriver):
     """
 
     name = "pair"
+    frozen_s = math.inf  # Each actuator detects it.
+    unattended = StopsAlone("each actuator has its own declaration")
 
     def __init__(self, first: PlateDriver, second: PlateDriver) -> None:
         super().__init__(clock=first.clock, limits=first.limits, plate_file=first.plate_file)
@@ -91,7 +95,9 @@ class PlatePair(PlateDriver):
 
     def _drive(self, level: float) -> Presentation:
         second = self.second.present(VirtualSurface(level=self.second_level))
+        self.first.attend()  # Commands to a slow instrument can take seconds.
         made = self.first.present(VirtualSurface(level=level))
+        self.second.attend()
         return replace(made, second_readback_level=second.readback.level)
 
     def _read_back(self) -> Readback:

@@ -31,7 +31,8 @@ PEAK_OF = {"V peak": 1.0, "V peak-to-peak": 0.5, "V RMS": math.sqrt(2)}
 
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 NotNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
-Finite = Annotated[float, Field(allow_inf_nan=False)]
+# Neither a laboratory nor a plate with soft ceramics can be outside this range.
+Temperature = Annotated[float, Field(ge=-40, le=150)]
 VoltageConvention = Literal["V peak", "V peak-to-peak", "V RMS"]
 
 
@@ -56,7 +57,7 @@ class Provenance(FrozenTable):
     date: date
     by: str
     instrument: str
-    temperature_c: Finite | None = None
+    temperature_c: Temperature | None = None
     point: str = ""
     finger: bool = False
 
@@ -71,6 +72,8 @@ class DriveChain(FrozenTable):
     amplifier_gain: Positive = 1.0
     # Largest voltage before the amplifier, which reveals whether the gain was changed later.
     source_max_v: Positive | None = None
+    # Largest voltage in V peak, which reveals whether the convention was changed later.
+    plate_max_v_peak: Positive | None = None
 
     @property
     def v_peak_per_volt(self) -> float:
@@ -156,6 +159,24 @@ class Calibration(FrozenTable):
                     "with {made_with:g} (gain.voltage_max_v divided by drive.source_max_v)",
                     amplifier_gain=self.drive.amplifier_gain,
                     made_with=made_with,
+                )
+            )
+        return self
+
+    @model_validator(mode="after")
+    def _convention_is_the_one_it_was_made_with(self) -> Calibration:
+        made_with, states = self.drive.plate_max_v_peak, self.gain.voltage_max_v
+        if made_with and not math.isclose(
+            made_with, states * self.drive.v_peak_per_volt, rel_tol=1e-6
+        ):
+            raise ValueError(
+                Message(
+                    "drive.voltage_convention is {convention}, but the calibration was made with "
+                    "{made_with:g} V peak (drive.plate_max_v_peak) at {states:g} V "
+                    "(gain.voltage_max_v)",
+                    convention=self.drive.voltage_convention,
+                    made_with=made_with,
+                    states=states,
                 )
             )
         return self

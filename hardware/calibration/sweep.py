@@ -124,12 +124,15 @@ def calibration_from(
         that the plate changed or is faulty.
     """
     resonance, gain = fitted(points)
-    source_max_v = gain.voltage_max_v / drive.amplifier_gain
+    made_with = {
+        "source_max_v": gain.voltage_max_v / drive.amplifier_gain,
+        "plate_max_v_peak": gain.voltage_max_v * drive.v_peak_per_volt,
+    }
     try:
         calibration = Calibration(
             device=device,
             made=made,
-            drive=drive.model_copy(update={"source_max_v": source_max_v}),
+            drive=drive.model_copy(update=made_with),
             resonance=resonance,
             gain=gain,
             points=tuple(points),

@@ -38,6 +38,11 @@ def add_arguments(parser: ArgumentParser) -> None:
         action="store_true",
         help="also check the maximum on-time (driver boards only); this check alone takes 600 s",
     )
+    parser.add_argument(
+        "--accept-unproved",
+        action="store_true",
+        help="exit with 0 even if rules were not proved because --guided or --long is missing",
+    )
     parser.add_argument("--json", action="store_true", help="print JSON")
     parser.set_defaults(of_folder=str)
 
@@ -55,12 +60,12 @@ def run(arguments: Namespace) -> int:
                 "plate conform: expected serial:PORT; slipscale plate list shows the ports"
             )
         with _bench(port, long=arguments.long) as bench:
-            return _told(_board(bench, guided=arguments.guided), as_json=arguments.json)
+            return _told(_board(bench, guided=arguments.guided), arguments)
     if arguments.guided or arguments.long:
         raise UserError(
             "plate conform: --guided and --long apply only to driver boards (serial:PORT)"
         )
-    return _told(_backend(spec), as_json=arguments.json)
+    return _told(_backend(spec), arguments)
 
 
 @contextmanager
@@ -83,12 +88,11 @@ def _bench(port: str, *, long: bool) -> Iterator[Bench]:
 
 
 def _board(bench: Bench, *, guided: bool) -> Iterator[Verdict]:
-    from slipscale.hardware.conformance.guided import Terminal, guide
+    from slipscale.hardware.conformance.guided import Terminal, guide, unguided
     from slipscale.hardware.conformance.table import examine
 
     yield from examine(bench)
-    if guided:
-        yield from guide(bench, Terminal(bench))
+    yield from guide(bench, Terminal(bench)) if guided else unguided()
 
 
 def _backend(spec: str) -> Iterator[Verdict]:
@@ -104,22 +108,23 @@ def _backend(spec: str) -> Iterator[Verdict]:
         yield from examine_backend(Rig(plate, clock))
 
 
-def _told(verdicts: Iterable[Verdict], *, as_json: bool) -> int:
+def _told(verdicts: Iterable[Verdict], arguments: Namespace) -> int:
     lines = []
     for verdict in verdicts:
         lines.append(verdict)
         if AS_DATA in os.environ:
             texts = output(verdict.rule), output(verdict.detail)
             print(json.dumps([verdict.outcome, *texts]), flush=True)
-        elif not as_json:
+        elif not arguments.json:
             detail = f": {verdict.detail}" if verdict.detail else ""
             print(f"{verdict.outcome:<15} {verdict.rule}{detail}", flush=True)
     departs = sum(each.outcome == "departs" for each in lines)
-    if as_json:
+    unproved = sum(each.outcome == "not proved" for each in lines)
+    if arguments.json:
         print(json.dumps([asdict(each) for each in lines], indent=2))
     else:
-        print(f"{len(lines)} rules, {departs} violated")
-    return ANSWER_IS_NO if departs else DONE
+        print(f"{len(lines)} rules, {departs} violated, {unproved} not proved")
+    return ANSWER_IS_NO if departs or (unproved and not arguments.accept_unproved) else DONE
 
 
 COMMANDS = {"conform": (add_arguments, run)}

@@ -32,6 +32,10 @@ class NotApplicable(Exception):
     """Raised if a rule does not apply, for example because the device lacks a feature."""
 
 
+class NotProved(Exception):
+    """Raised if a check needs an option of ``slipscale plate conform``, which was not given."""
+
+
 class Bench:
     """Test bench that sends lines to a board and checks the answers.
 

@@ -2,21 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Literal
 
 from slipscale.hardware.conformance import command_rules, line_rules, plate_rules, truth_rules
-from slipscale.hardware.conformance.bench import Bench, Departure, NotApplicable
+from slipscale.hardware.conformance.bench import Bench, Departure, NotApplicable, NotProved
 
 RULES = (*line_rules.RULES, *command_rules.RULES, *plate_rules.RULES, *truth_rules.RULES)
 
-Outcome = Literal["conforms", "departs", "not applicable"]
+Outcome = Literal["conforms", "departs", "not applicable", "not proved"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Verdict:
-    """Result for one rule; ``detail`` explains a violation or why the rule does not apply."""
+    """Result for one rule; ``detail`` explains every other outcome than "conforms".
+
+    A rule that was "not proved" needs a loaded plate, a long run or a person.
+    """
 
     rule: str
     outcome: Outcome
@@ -38,12 +41,20 @@ def examine(bench: Bench) -> Iterator[Verdict]:
                       detail=str(departure))  # fmt: skip
         return
     for rule, check in RULES:
-        try:
-            check(bench)
-        except Departure as departure:
-            yield Verdict(rule=rule, outcome="departs", detail=str(departure))
-        except NotApplicable as reason:
-            yield Verdict(rule=rule, outcome="not applicable", detail=str(reason))
-        else:
-            yield Verdict(rule=rule, outcome="conforms")
-        bench.silence()
+        yield judged(bench, rule, check)
+
+
+def judged(bench: Bench, rule: str, check: Callable[[Bench], object]) -> Verdict:
+    """Check one rule, and switch the plate off."""
+    try:
+        check(bench)
+    except Departure as departure:
+        found = Verdict(rule=rule, outcome="departs", detail=str(departure))
+    except NotApplicable as reason:
+        found = Verdict(rule=rule, outcome="not applicable", detail=str(reason))
+    except NotProved as reason:
+        found = Verdict(rule=rule, outcome="not proved", detail=str(reason))
+    else:
+        found = Verdict(rule=rule, outcome="conforms")
+    bench.silence()
+    return found

@@ -11,6 +11,7 @@ from slipscale.hardware.driver import PlateDriver
 from slipscale.hardware.errors import (
     FAULTS,
     ConnectionLost,
+    Frozen,
     GarbledReply,
     Late,
     NoPermission,
@@ -27,6 +28,7 @@ from slipscale.hardware.errors import (
     WrongDevice,
 )
 from slipscale.hardware.limits import PlateLimits
+from slipscale.hardware.output.unattended import Guarded, StopsAlone, Switch, Unguarded
 from slipscale.hardware.records import PlateIdentity, Presentation, Readback
 from slipscale.hardware.registry import Backend, open_plate
 from slipscale.stimuli.modulation import Loop, Modulator
@@ -39,7 +41,9 @@ __all__ = [
     "Backend",
     "Clock",
     "ConnectionLost",
+    "Frozen",
     "GarbledReply",
+    "Guarded",
     "Late",
     "Loop",
     "Modulator",
@@ -62,7 +66,10 @@ __all__ = [
     "Readback",
     "SerialLine",
     "StillVibrating",
+    "StopsAlone",
+    "Switch",
     "SystemClock",
+    "Unguarded",
     "UserError",
     "VirtualClock",
     "VirtualSurface",

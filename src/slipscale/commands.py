@@ -220,10 +220,13 @@ def _readable(word: str) -> bool:
 
 def dispatch(words: list[str]) -> int:
     """Call a command, or handle options that need no command, and return the exit status."""
-    if not words or words[0] in ("-h", "--help", "help"):
+    if not words:
+        print(usage(), file=sys.stderr)
+        return USER_FAULT
+    if words[0] in ("-h", "--help", "help"):
         print(usage())
-        return DONE if words else USER_FAULT
-    if words[0] == "--version":
+        return DONE
+    if words[0] in ("-V", "--version"):
         print(f"slipscale {__version__}")
         return DONE
     if words[0] not in COMMANDS:

@@ -10,7 +10,7 @@ import os
 import shutil
 import sys
 from argparse import Namespace
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -110,7 +110,7 @@ WRITES = {
 
 #: Output folder or file of each command if --out is omitted.
 WITHOUT_OUT: dict[str, Callable[[Namespace], Path | None]] = {
-    "analyse": lambda args: _folder_of(Path(args.dataset)),
+    "analyse": lambda args: _folder_of(args.dataset),
     "pilot": lambda _: here().pilots,
     "run": lambda args: here().out(pilot=args.pilot),
     "next": lambda args: here().out(pilot=args.pilot),
@@ -118,8 +118,10 @@ WITHOUT_OUT: dict[str, Callable[[Namespace], Path | None]] = {
 }
 
 
-def _folder_of(dataset: Path) -> Path:
-    return dataset if dataset.is_dir() else dataset.parent
+def _folder_of(dataset: Path | Sequence[str]) -> Path:
+    """Return the folder of a data set, or of the first of several tables."""
+    first = dataset if isinstance(dataset, Path) else Path(dataset[0])
+    return first if first.is_dir() else first.parent
 
 
 def check(name: str, args: Namespace) -> None:

@@ -7,7 +7,7 @@ import pytest
 
 from slipscale.analysis.load import load
 from slipscale.analysis.pipeline import analyse
-from slipscale.analysis.reading.mapping import parse_mapping
+from slipscale.analysis.reading.meaning.mapping import parse_mapping
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.tasks.difference import yes_no
 from slipscale.analysis.tasks.scales.paired_comparison_scale import bradley_terry

@@ -7,7 +7,7 @@ from pathlib import Path
 from random import Random
 
 from slipscale.analysis.load import load
-from slipscale.analysis.reading.mapping import NAME
+from slipscale.analysis.reading.meaning.mapping import NAME
 from slipscale.faults import UserError
 from tests.fuzzing.changes import changed_file
 from tests.fuzzing.kind import Case, Kind

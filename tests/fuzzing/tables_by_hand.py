@@ -11,7 +11,7 @@ from pathlib import Path
 from random import Random
 
 from slipscale.analysis.load import load
-from slipscale.analysis.reading.mapping import TableMapping, parse_mapping
+from slipscale.analysis.reading.meaning.mapping import TableMapping, parse_mapping
 from slipscale.faults import UserError
 from tests.fuzzing.kind import Case, Kind
 

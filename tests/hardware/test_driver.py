@@ -13,6 +13,7 @@ from slipscale.hardware.clock import VirtualClock
 from slipscale.hardware.driver import PlateDriver
 from slipscale.hardware.errors import (
     ConnectionLost,
+    Frozen,
     NotReached,
     OffCalibration,
     OverLimit,
@@ -32,6 +33,7 @@ class Recorder(PlateDriver):
     """A backend that does what it is told and writes it down."""
 
     name = "recorder"
+    frozen_s = math.inf  # Most tests do not check while time passes.
 
     def __init__(self, **options):
         super().__init__(clock=VirtualClock(), **options)
@@ -542,3 +544,53 @@ def test_a_plate_that_is_not_connected_reads_nothing_back():
 def test_what_a_plate_without_a_reading_vibrates_is_0(plate):
     plate.measures = lambda _: None
     assert plate.vibration_level() == 0
+
+
+@pytest.fixture
+def watched(plate):
+    """A plate that is on, and whose session checks it."""
+    plate.frozen_s = PlateDriver.frozen_s
+    plate.present(surface(1.2))
+    return plate
+
+
+@pytest.mark.parametrize("stands_still", ["sleep", "suspend"])
+def test_a_computer_that_stood_still_while_the_plate_was_on_is_a_fault(watched, stands_still):
+    for _ in range(100):  # A session checks in every frame.
+        watched.clock.sleep(0.9)
+        watched.check()
+    getattr(watched.clock, stands_still)(20.0)
+    with pytest.raises(Frozen, match=r"stood still for 20\.0 s while the plate was on"):
+        watched.check()
+    assert watched.output is Output.OFF
+    assert watched.heard[-1] == "silence"
+    watched.present(surface(1.2))  # Nothing is left of the fault.
+    watched.check()
+
+
+def test_a_computer_that_stood_still_is_a_fault_of_the_next_command_too(watched):
+    watched.clock.suspend(1.1)
+    with pytest.raises(Frozen, match=r"1\.1 s"):
+        watched.read_back()
+
+
+@pytest.mark.parametrize("change", [{"frozen_s": 30.0}, {"attention_s": 0.0}])
+def test_a_longer_pause_is_allowed_by_declaration_or_without_attention(watched, change):
+    vars(watched).update(change)
+    watched.clock.sleep(20.0)
+    watched.check()
+
+
+def test_a_pause_while_the_plate_is_off_is_no_fault(watched):
+    watched.silence()
+    watched.clock.sleep(600.0)
+    watched.check()
+    watched.present(surface(1.2))
+
+
+def test_the_limit_of_the_on_time_counts_the_time_of_a_suspended_computer(plate):
+    plate.present(surface(1.2))
+    plate.clock.sleep(1.0)
+    plate.clock.suspend(plate.limits.on_time_s)
+    with pytest.raises(OverLimit, match="vibrated for 600 s without a new command"):
+        plate.check()

@@ -198,3 +198,12 @@ def test_every_package_of_an_extra_has_its_line_in_the_table_of_modules():
 def test_a_module_of_no_extra_is_a_defect_of_ours_and_not_told_as_the_users():
     assert how_to_install("nonsense") is None
     assert "slipscale[plate]" in how_to_install("serial.tools.list_ports")
+
+
+def test_on_a_python_without_psychopy_the_advice_is_another_python(monkeypatch):
+    monkeypatch.setattr(sys, "version_info", (3, 13, 1))
+    assert "no release for Python 3.13; install Slipscale with Python 3.11 or 3.12" in (
+        how_to_install("psychopy.visual")
+    )
+    monkeypatch.setattr(sys, "version_info", (3, 12, 1))
+    assert "'slipscale[session]'" in how_to_install("psychopy.visual")

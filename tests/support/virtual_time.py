@@ -44,11 +44,16 @@ class VirtualTime(ABC):
 
     def __init__(self) -> None:
         self._tick = 0
+        self.suspended = 0.0
         self._calls: list[_RegularCall] = []
 
     def now(self) -> float:
         """Return the virtual time in seconds."""
         return self._tick / TICKS_PER_S
+
+    def suspended_s(self) -> float:
+        """Return for how long the computer was suspended."""
+        return self.suspended
 
     def sleep(self, duration_s: float) -> None:
         """Advance the time, and make the regular calls that are due."""

@@ -22,6 +22,7 @@ CAMPAIGNS = {
     "output_states": "output_states.command",
     "wrong_boards": "wrong_boards.command",
     "reliability": "reliability",
+    "unattended": "unattended",
 }
 
 

@@ -15,10 +15,13 @@ OURS = {
     "response": RESPONSE,
     "answer": ANSWER,
     "yes_count": "yes_count",
+    "no_count": "no_count",
+    "percent": "percent",
     "n": "n",
     "reference": REFERENCE,
     "first": "first",
     "second": "second",
+    "chosen": "chosen",
     "dissimilarity": "dissimilarity",
     "group": GROUP,
     "factor": "factor",
@@ -27,4 +30,7 @@ OURS = {
     "block": BLOCK,
     "trial": "trial",
 }
-NUMBERS = ("stimulus", "response", "reference", "dissimilarity", "trial", "yes_count", "n")
+NUMBERS = (
+    *("stimulus", "response", "reference", "dissimilarity", "trial"),
+    *("yes_count", "no_count", "percent", "n"),
+)

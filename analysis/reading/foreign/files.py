@@ -1,104 +1,264 @@
-"""Read the columns that a mapping names, from a table or from the tables in a BIDS folder."""
+"""Read the columns that a mapping names, from one or several tables or from a BIDS folder.
+
+Tables with the same columns are read as one table. A table that cannot be read is named and left
+out, unless it is the only one.
+"""
 
 from __future__ import annotations
 
 import re
+from collections import Counter
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import pandas as pd
 
 from slipscale.analysis.reading.cells import listed
-from slipscale.analysis.reading.delimited import Problems, Source, read_tables
+from slipscale.analysis.reading.delimited import STANDARD_INPUT, Problems, Source, header_of
 from slipscale.analysis.reading.foreign.columns import NUMBERS, OURS
-from slipscale.analysis.reading.labelled_tasks import header_of
+from slipscale.analysis.reading.foreign.names import people_in_names
 from slipscale.analysis.reading.programs.records import as_text
 from slipscale.analysis.reading.table_by_hand import read_table
+from slipscale.experiments.dataset.schema import PARTICIPANT
 from slipscale.faults import UserError
 from slipscale.faults.folders import visible
 
 if TYPE_CHECKING:
-    from slipscale.analysis.reading.mapping import TableMapping
+    from slipscale.analysis.reading.foreign.layouts.layout import Layout
+    from slipscale.analysis.reading.meaning.mapping import TableMapping
 
 #: Names of tables in a folder, and the parts of these names that are used.
 BIDS_TABLE = re.compile(r"sub-[^_]+(_[^_]+)*_(beh|events)\.tsv")
 BIDS_LABEL = re.compile(r"(?<![^_])(sub|ses|task|run)-([^_]+)")
 #: Label in file names, keyed by the field of `mapping.Columns` with the same meaning.
 IN_NAMES = {"participant": "sub", "session": "ses", "run": "run"}
+#: Endings of tables in a folder. Of several, the most frequent one is read, then the first.
+TABLES = (".csv", ".tsv", ".xlsx", ".sav", ".zsav", ".mat", ".json", ".txt", ".dat")
+#: Folders of a data set that contain no tables to read, and the file that marks results.
+NO_TABLES, RESULTS = {"derivatives", "sourcedata", "code"}, "results.json"
+#: Proportion of the usual number of rows below which a file is reported as unfinished.
+UNFINISHED = 0.9
+
+
+@dataclass(frozen=True, slots=True)
+class Table:
+    """A table, and the labels that its name contains (column -> label)."""
+
+    path: Path
+    labels: Mapping[str, str]
 
 
 def read_rows(
-    path: Path, mapping: TableMapping, problems: Problems, task: str | None
-) -> tuple[pd.DataFrame, list[Source]]:
-    """Read the rows that ``only`` selects; return them with the columns in the mapping.
+    paths: Sequence[Path],
+    mapping: TableMapping,
+    layout: Layout,
+    problems: Problems,
+    task: str | None,
+) -> tuple[pd.DataFrame, list[Source], tuple[str, ...]]:
+    """Read the rows that ``only`` selects.
 
-    The session and the run are also returned if they are in the names of a folder's files.
+    Returns
+    -------
+    frame : DataFrame
+        The columns in the mapping, ``file``, ``line``, the participant and, if they are in the
+        names of a folder's files, session and run.
+    sources : list of Source
+        The files that were read.
+    left_out : tuple of str
+        Names of the files that could not be read.
     """
-    columns = mapping.columns.model_dump(exclude_none=True)
-    kept = [*columns.values(), *mapping.levels, "file", "line"]
-    if path.is_dir():
-        unnamed = {name: OURS[name] for name in IN_NAMES if OURS[name] not in kept}
-        columns = unnamed | columns
-        kept += unnamed.values()
-        frame, sources = _folder(path, columns, mapping, problems, task)
-    else:
-        frame, sources = _table(path, columns, mapping, problems)
+    (root,) = paths if len(paths) == 1 else (Path(),)
+    tables = _tables(paths, mapping, problems, task)
+    frames: list[pd.DataFrame] = []
+    sources: list[Source] = []
+    faults: list[tuple[str, UserError]] = []
+    for table in tables:
+        notes = Problems()
+        try:
+            frame, source = _read(table, root, mapping, layout, notes)
+        except UserError as error:
+            if len(tables) == 1:
+                raise
+            faults.append((table.path.name, error))
+            continue
+        problems.sentences += notes.sentences
+        frames.append(frame.assign(file=len(sources), **table.labels))
+        sources.append(source)
+    if not frames:
+        raise faults[0][1]
+    problems.add_many([f"left out: {error}" for _, error in faults], "files left out")
+    _count(frames, sources, problems)
+    filled = [frame for frame in frames if len(frame)] or frames[:1]
+    rows = pd.concat(filled, ignore_index=True) if len(filled) > 1 else filled[0]
+    if mapping.levels and not {PARTICIPANT, mapping.columns.participant}.intersection(rows):
+        # In questionnaires, rows are people.
+        rows[PARTICIPANT] = [f"row {place}" for place in range(1, len(rows) + 1)]
+        problems.add("no option names the participants, so each row is analysed as one")
     # A column that is only needed to select rows could have the name of one of Slipscale's columns.
-    return chosen(frame, mapping.table.only, path)[[c for c in frame if c in kept]], sources
+    rows = chosen(rows, mapping.table.only, paths[0])
+    named = mapping.columns.named.values()
+    events = [mapping.shape.rows_of.column] if mapping.shape.rows_of else []
+    kept = {*named, *mapping.levels, *mapping.shape.compared, *events, *IDENTIFIED, "file", "line"}
+    unwanted = mapping.table.only if layout.everything else [c for c in rows if c not in kept]
+    return rows.drop(columns=list(unwanted)), sources, tuple(name for name, _ in faults)
 
 
-def _table(
-    path: Path, columns: Mapping[str, str], mapping: TableMapping, problems: Problems
-) -> tuple[pd.DataFrame, list[Source]]:
+#: Columns that may come from the names of files.
+IDENTIFIED = tuple(OURS[name] for name in IN_NAMES)
+
+
+def _count(frames: Sequence[pd.DataFrame], sources: Sequence[Source], problems: Problems) -> None:
+    """Report files without rows, and files with fewer rows than usual."""
+    if len(frames) < 2:  # noqa: PLR2004 - several
+        return
+    sizes = [len(frame) for frame in frames]
+    usual = max(Counter(sizes).items(), key=lambda each: (each[1], each[0]))[0]
+    names = [source.name for source in sources]
+    empty = [name for name, size in zip(names, sizes, strict=True) if not size]
+    short = [
+        f"{name} ({size})"
+        for name, size in zip(names, sizes, strict=True)
+        if 0 < size < UNFINISHED * usual
+    ]
+    if empty:
+        problems.add(f"{len(empty)} of {len(names)} files have no rows: {listed(empty)}")
+    if short:
+        problems.add(
+            f"{len(short)} of {len(names)} files have fewer rows than the usual {usual} and may be "
+            f"unfinished runs: {listed(short)}"
+        )
+
+
+def _read(
+    table: Table, root: Path, mapping: TableMapping, layout: Layout, problems: Problems
+) -> tuple[pd.DataFrame, Source]:
+    """Read one table, with a constant number of answers if ``n`` is a number."""
+    columns = mapping.columns.named
     figures = [columns[name] for name in NUMBERS if name in columns] + list(mapping.levels)
     words = [column for name, column in columns.items() if name not in NUMBERS]
-    words += [column for column in mapping.table.only if column not in (*words, *figures)]
+    words += [*mapping.shape.compared, *mapping.table.only]
+    words += [mapping.shape.rows_of.column] if mapping.shape.rows_of else []
+    words = list(dict.fromkeys(c for c in words if c not in (*figures, *table.labels)))
+    figures = [column for column in figures if column not in table.labels]
+    n = columns.get("n", "")
+    required = [*words, *(column for column in figures if not (column == n and n.isdigit()))]
+    who = columns.get("participant")
     frame, source = read_table(
-        path,
-        required=(*words, *figures),
+        table.path,
+        root=root,
+        required=required,
         numbers=figures,
         words=words,
-        identifier=mapping.columns.participant,
+        identifier=who if who not in table.labels else None,
         problems=problems,
         decimal=mapping.table.decimal,
         sheet=mapping.table.sheet,
+        header=mapping.shape.header,
+        everything=layout.everything,
     )
-    return frame, [source]
+    if n and n not in frame:
+        if not n.isdigit():
+            raise UserError(
+                "{path}: no column {n}; expected a column, or a number such as --n 20",
+                path=table.path,
+                n=n,
+            )
+        frame[n] = int(n)
+    return frame, source
 
 
-def _folder(
-    folder: Path,
-    columns: Mapping[str, str],
-    mapping: TableMapping,
-    problems: Problems,
-    task: str | None,
-) -> tuple[pd.DataFrame, list[Source]]:
-    """Read one task's tables in a BIDS folder, with participant, session and run from their names.
+def _tables(
+    paths: Sequence[Path], mapping: TableMapping, problems: Problems, task: str | None
+) -> list[Table]:
+    """Return the tables in files and folders, with the labels in their names.
 
-    A label is not taken from the names if the mapping names a different column for it.
+    In a BIDS folder, a label is not taken from the names if the mapping names a different column
+    for it.
+
+    Raises
+    ------
+    UserError
+        If several tables do not state the participant.
     """
+    columns, pattern = mapping.columns.named, mapping.shape.participant_from_name
+    found: list[Path] = []
+    for path in paths:
+        if not path.is_dir():
+            found.append(path)
+        elif any(visible(path, "sub-*/**/sub-*.tsv")):
+            return _of_bids(path, mapping, problems, task)
+        else:
+            found += in_folder(path, problems)
+    if pattern is not None:
+        labels = people_in_names(found, pattern)
+        if "participant" in columns:
+            raise UserError(
+                "--participant cannot be combined with --participant-from-name; expected one of "
+                "them"
+            )
+        return [Table(path, {PARTICIPANT: who}) for path, who in zip(found, labels, strict=True)]
+    if "participant" in columns or mapping.shape.people_in_columns or mapping.levels:
+        return [Table(path, {}) for path in found]
+    if len(found) > 1:
+        raise UserError(
+            "{path} and {more} more: no option names the participants; expected --participant "
+            "COLUMN, or --participant-from-name if their labels are in the names of the files",
+            path=found[0],
+            more=len(found) - 1,
+        )
+    only = found[0]
+    return [Table(only, {PARTICIPANT: "participant" if only == STANDARD_INPUT else only.stem})]
+
+
+def in_folder(folder: Path, problems: Problems) -> list[Path]:
+    """Return the tables in a folder and its subfolders, except results of Slipscale."""
+    paths = [
+        path
+        for path in visible(folder, "**/*")
+        if path.suffix.lower() in TABLES and not path.name.startswith("~$")
+        if not NO_TABLES.intersection(path.relative_to(folder).parts)
+        if not (path.parent / RESULTS).exists()
+    ]
+    endings = Counter(path.suffix.lower() for path in paths)
+    if not endings:
+        raise UserError(
+            "{folder}: no data found; expected tables ({endings}), or files like "
+            "sub-01/beh/sub-01_task-loudness_beh.tsv or ..._events.tsv",
+            folder=folder,
+            endings=", ".join(TABLES),
+        )
+    ending = max(endings, key=lambda each: (endings[each], -TABLES.index(each)))
+    if others := sum(endings.values()) - endings[ending]:
+        problems.add(
+            f"{folder.name}: only the {endings[ending]} files with the ending {ending} are read, "
+            f"not {others} other tables; to read others, name the files"
+        )
+    return [path for path in paths if path.suffix.lower() == ending]
+
+
+def _of_bids(
+    folder: Path, mapping: TableMapping, problems: Problems, task: str | None
+) -> list[Table]:
+    columns = {name: OURS[name] for name in IN_NAMES} | mapping.columns.named
     from_names = {
         columns[name]: label
         for name, label in IN_NAMES.items()
-        if columns.get(name) in (OURS[name], label)
+        if columns[name] in (OURS[name], label)
     }
-    needed = [c for c in (*columns.values(), *mapping.levels) if c not in from_names]
-    needed += [c for c in mapping.table.only if c not in (*needed, *from_names)]
-    paths = _of_task(folder, task)
-    paths = _one_per_run(paths, frozenset(needed), problems)
-    frame, sources = read_tables(
-        paths, folder, required=needed, columns=needed, problems=problems, foreign=True
-    )
-    of_files = [dict(BIDS_LABEL.findall(path.stem)) for path in paths]
-    for column, label in from_names.items():
-        prefix = f"{label}-" if label == "sub" else ""
-        found = pd.Series([prefix + of_file.get(label, "") for of_file in of_files], dtype="str")
-        frame[column] = found.iloc[frame["file"].to_numpy()].to_numpy()
-    for name in ("group", "answer", "block"):
-        if name in columns:
-            frame[columns[name]] = frame[columns[name]].astype("str")
-    return frame, sources
+    given = [*mapping.columns.named.values(), *mapping.levels, *mapping.table.only]
+    paths = _one_per_run(_of_task(folder, task), frozenset(given) - set(from_names), problems)
+    tables = []
+    for path in paths:
+        of_file = dict(BIDS_LABEL.findall(path.stem))
+        prefix = {"sub": "sub-"}
+        labels = {
+            column: prefix.get(label, "") + of_file.get(label, "")
+            for column, label in from_names.items()
+        }
+        tables.append(Table(path, labels))
+    return tables
 
 
 def _of_task(folder: Path, task: str | None) -> list[Path]:
@@ -144,7 +304,7 @@ def _one_per_run(paths: list[Path], needed: frozenset[str], problems: Problems) 
     for path in paths:
         runs.setdefault(path.stem.rpartition("_")[0], []).append(path)
     kept = [
-        min(run, key=lambda path: (not needed <= header_of(path, foreign=True), path.name))
+        min(run, key=lambda path: (not needed <= frozenset(header_of(path)), path.name))
         for run in runs.values()
     ]
     if more := len(paths) - len(kept):
@@ -170,7 +330,7 @@ def chosen(frame: pd.DataFrame, only: Mapping[str, Sequence[str]], path: Path) -
         if absent := [value for value in wanted if not (found == value).any()]:
             known = ", ".join(sorted(found.dropna().unique())[:12]) or "nothing"
             raise UserError(
-                "{path}: no row has '{missing}' in column {column}; found {known}",
+                "{path}: no row has '{missing}' in column {column}; expected one of {known}",
                 path=path,
                 missing=absent[0],
                 column=column,

@@ -4,7 +4,7 @@ Both are usually UTF-16. A log begins with ``*** Header Start ***``. A log consi
 are lists of variables. Frames are nested, and each frame follows the frames nested inside it. Each
 row of the returned table combines a frame at the deepest level of nesting (usually a trial) with
 its enclosing frames and the header. An exported table begins with its column names, which include
-``ExperimentName`` and ``Subject``, possibly after a line with the file name.
+``ExperimentName`` and ``Subject``, possibly after lines with the file name and types.
 """
 
 from __future__ import annotations
@@ -20,6 +20,9 @@ from slipscale.faults import UserError
 
 LOG = "*** Header Start ***"
 EDGE = re.compile(r"\*\*\* (?P<kind>Header|LogFrame) (?P<edge>Start|End) \*\*\*")
+#: Number of first lines in which the header is searched: E-DataAid writes the file's name and up to
+#: three lines of types above it.
+MOST_ABOVE = 5
 #: Columns in every exported table.
 ALWAYS = {"ExperimentName", "Subject"}
 
@@ -48,7 +51,7 @@ def read(content: bytes, path: Path) -> pd.DataFrame:
 
 def _header_line(head: str) -> int | None:
     """Return the index of the header line, or None if the file is not an exported table."""
-    for number, line in enumerate(head.split("\n", 2)[:2]):
+    for number, line in enumerate(head.split("\n", MOST_ABOVE)[:MOST_ABOVE]):
         if set(line.strip("\r").split("\t")) >= ALWAYS:
             return number
     return None

@@ -10,11 +10,12 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator
+from contextlib import suppress
 from pathlib import Path
 
 import pandas as pd
 
-from slipscale.analysis.reading.dialect import decoded
+from slipscale.analysis.reading.dialect import decoded, separator_of
 from slipscale.analysis.reading.programs.records import framed, head_of, records
 from slipscale.faults import UserError
 
@@ -27,8 +28,8 @@ def recognises(content: bytes, path: Path) -> bool:
     head = head_of(content, path)
     if head[:1] in "[{" and head:
         return path.suffix.lower() == ".json" or all(f'"{name}"' in head for name in ALWAYS)
-    names = head.partition("\n")[0].replace('"', "").strip("\r").split(",")
-    return set(ALWAYS) <= set(names)
+    header = head.partition("\n")[0].replace('"', "").strip("\r")
+    return set(ALWAYS) <= set(header.split(separator_of(header.encode())))
 
 
 def read(content: bytes, path: Path) -> pd.DataFrame:
@@ -44,7 +45,7 @@ def read(content: bytes, path: Path) -> pd.DataFrame:
         (_, names), *rows = records(text, path)
         cells = [dict(zip(names, row, strict=False)) for _, row in rows]
         return _without_emptied(
-            framed([dict(_expanded(row)) for row in cells], [line for line, _ in rows])
+            framed([dict(_flat(row)) for row in cells], [line for line, _ in rows])
         )
     trials = _trials(text, path)
     for number, trial in enumerate(trials, start=1):
@@ -90,19 +91,11 @@ def _trials(text: str, path: Path) -> list[object]:
 
 
 def _flat(value: object, name: str = "") -> Iterator[tuple[str, object]]:
+    if isinstance(value, str) and value[:1] == "{":
+        with suppress(json.JSONDecodeError, RecursionError):  # an answer may begin with a brace
+            value = json.loads(value)
     if isinstance(value, dict) and value:
         for key, inner in value.items():
             yield from _flat(inner, f"{name}.{key}" if name else str(key))
     else:
         yield name, json.dumps(value) if isinstance(value, dict | list) else value
-
-
-def _expanded(row: dict[str, str]) -> Iterator[tuple[str, object]]:
-    for name, cell in row.items():
-        if cell[:1] == "{":
-            try:
-                yield from _flat(json.loads(cell), name)
-                continue
-            except (json.JSONDecodeError, RecursionError):
-                pass  # an answer that begins with a brace
-        yield name, cell

@@ -1,7 +1,8 @@
 """Read MATLAB ``.mat`` files, versions 4 to 7: variables, a structure or a structure array.
 
-A table is a structure array, a structure with fields of equal length, or separate vectors of equal
-length. If a file contains several tables, ``--sheet`` selects one by the name of its variable.
+A table is a structure array, a structure with fields of equal length, separate vectors of equal
+length, or a matrix, whose columns are called 1, 2, 3. Single values next to vectors are repeated in
+every row. If a file contains several tables, ``--sheet`` selects one by the name of its variable.
 MATLAB ``table`` objects and version 7.3 files are not supported; the error message contains a
 command that saves them in a supported format.
 """
@@ -77,25 +78,47 @@ def _tables(content: bytes, path: Path) -> dict[str, Table]:
         found = scipy_io.loadmat(io.BytesIO(content), simplify_cells=True)
     except Exception as error:  # noqa: BLE001 - loadmat raises whatever damaged bytes lead to
         raise UserError(
-            "{path}: not a readable MATLAB file ({error})", path=path, error=error
+            "{path}: not a readable MATLAB file ({error}); {remedy}",
+            path=path,
+            error=error,
+            remedy=SAVE,
         ) from None
     own = {name: value for name, value in found.items() if not name.startswith("__")}
     tables = {name: table for name, value in own.items() if (table := _table(value))}
-    vectors = {name: _cells(value) for name, value in own.items() if name not in tables}
-    alike = _alike({name: cells for name, cells in vectors.items() if cells is not None})
-    return tables | ({"": alike} if alike else {})
+    loose = _columns({name: value for name, value in own.items() if name not in tables})
+    return tables | ({"": loose} if loose else {})
 
 
 def _table(value: object) -> Table | None:
-    """Convert a structure of vectors or an array of structures to a table, or return None."""
+    """Convert a structure, an array of structures or a matrix to a table, or return None."""
     if isinstance(value, dict):
-        cells = {str(name): _cells(part) for name, part in value.items()}
-        whole = {name: part for name, part in cells.items() if part is not None}
-        return _alike(whole) if len(whole) == len(cells) else None
+        return _columns(value)
+    if isinstance(value, np.ndarray) and value.ndim == 2 and value.dtype.kind in "biuf":  # noqa: PLR2004 - a matrix
+        return {str(place): list(cells) for place, cells in enumerate(value.T, start=1)}
     if isinstance(value, list | np.ndarray) and len(value) and isinstance(value[0], dict):
         names = list(value[0])
         return {name: [row.get(name) for row in value] for name in names}
     return None
+
+
+def _columns(values: dict[str, object]) -> Table | None:
+    """Return vectors of the same length, and repeat single values; None without such vectors.
+
+    A structure often has a text or a number, such as the name of the participant, next to its
+    vectors.
+    """
+    vectors = _alike(
+        {str(name): cells for name, part in values.items() if (cells := _cells(part)) is not None}
+    )
+    if vectors is None:
+        return None
+    length = len(next(iter(vectors.values())))
+    single = {
+        str(name): [value] * length
+        for name, value in values.items()
+        if isinstance(value, str | int | float)
+    }
+    return vectors | single
 
 
 def _alike(columns: dict[str, Sequence[object]]) -> Table | None:

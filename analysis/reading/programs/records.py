@@ -33,13 +33,13 @@ def records(text: str, path: Path) -> list[tuple[int, list[str]]]:
     UserError
         If a quoted cell is not closed, or a cell is too long.
     """
-    separator = separator_of(text.lstrip("\r\n").partition("\n")[0].encode())
+    separator = separator_of(text.encode())
     reader = csv.reader(io.StringIO(text, newline=""), delimiter=separator, strict=True)
     try:
         return [(reader.line_num, row) for row in reader if any(cell.strip() for cell in row)]
     except csv.Error as error:
         raise UserError(
-            "{path}: line {line} cannot be read ({error})",
+            "{path}: line {line} cannot be read ({error}); expected quotation marks in pairs",
             path=path,
             line=reader.line_num,
             error=error,

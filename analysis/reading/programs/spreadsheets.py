@@ -68,7 +68,9 @@ def read_excel(content: bytes, path: Path, sheet: str | None) -> pd.DataFrame:
         *(AttributeError, IndexError, OSError, NotImplementedError, EOFError),
     ) as error:
         raise UserError(
-            "{path}: not a readable Excel workbook ({error})", path=path, error=error
+            "{path}: not a readable Excel workbook ({error}); save it as .xlsx or CSV UTF-8",
+            path=path,
+            error=error,
         ) from None
     filled = [found for found in book.worksheets if len([*islice(_rows(found, path), 2)]) > 1]
     chosen = [found for found in filled if sheet is None or found.title == sheet]
@@ -144,7 +146,9 @@ def read_spss(content: bytes, path: Path, labelled: Sequence[str]) -> pd.DataFra
         found, meta = pyreadstat.read_sav(str(path))
     except (pyreadstat.ReadstatError, pyreadstat.PyreadstatError, OSError, ValueError) as error:
         raise UserError(
-            "{path}: not a readable SPSS file ({error})", path=path, error=error
+            "{path}: not a readable SPSS file ({error}); save it in SPSS as .sav or CSV",
+            path=path,
+            error=error,
         ) from None
     del content  # The library opens the file itself.
     frame = pd.DataFrame(index=found.index)

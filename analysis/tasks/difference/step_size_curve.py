@@ -145,6 +145,13 @@ def psychometric(
         return NotComputed(few("participants", n))
     if why := separated(removed, felt, quantity):
         return NotComputed(why)
+    # The standard error comes from the spread between people. If only one or two of them gave the
+    # rarer answer, it is too small: among people who feel all steps alike, up to .46 of slopes
+    # were significant (`benchmarks.truths`).
+    for answer, word in ((1.0, "yes"), (0.0, "no")):
+        who = len(np.unique(people[felt == answer]))
+        if who < FEWEST:
+            return NotComputed(few(f"participants who answered “{word}”", who))
     frame = pd.DataFrame({"felt": felt, "removed": removed, "who": people})
     return _fit(frame, n, confidence, measure, axis)
 

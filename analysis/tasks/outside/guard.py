@@ -37,6 +37,7 @@ from slipscale.faults.message import Message
 from slipscale.faults.plug_ins import ANALYSES, called, installed, package_of
 
 T = TypeVar("T")
+A = TypeVar("A", bound=Analysis)
 
 
 def installed_kinds(faults: list[str]) -> tuple[TaskAnalysis, ...]:
@@ -56,7 +57,7 @@ def installed_kinds(faults: list[str]) -> tuple[TaskAnalysis, ...]:
     return tuple(kind for guard in guards if (kind := guard.kind()) is not None)
 
 
-def evaluated(analysis: Analysis, faults: list[str]) -> Analysis:
+def evaluated(analysis: A, faults: list[str]) -> A:
     """Compute the results of other packages' analyses, and append failures to ``problems``.
 
     Parameters

@@ -1,12 +1,12 @@
-"""Compute scales from comparisons of pairs and triads.
+"""Compute scales from comparisons of pairs, triads and quadruples.
 
-Each trial contains three stimulus labels; in trials with a pair, the third label is empty.
-``response`` is the number of the chosen interval (pairs) or of the larger step (triads).
+Each trial contains up to four stimulus labels; the others are empty. ``response`` is the number of
+the chosen interval (pairs), of the larger step (triads) or of the more different pair (quadruples).
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -36,7 +36,7 @@ from slipscale.analysis.tasks.scales.transitivity import (
 )
 from slipscale.experiments.dataset.schema import PARTICIPANT
 
-STIMULI = ("stimulus1", "stimulus2", "stimulus3")
+STIMULI = ("stimulus1", "stimulus2", "stimulus3", "stimulus4")
 
 
 def _comparisons(frame: pd.DataFrame, _problems: Problems) -> pd.DataFrame:
@@ -56,9 +56,6 @@ TRIALS = task_trials(
     needed=("response",),
     derive=_comparisons,
 )
-
-
-STIMULI = ("stimulus1", "stimulus2", "stimulus3")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -118,8 +115,8 @@ def scales(
 
 def _task(task: str, rows: pd.DataFrame, confidence: float) -> TaskScale:
     main = rows[~rows["catch"]]
-    triads = bool((rows["stimulus3"] != "").any())
-    stimuli = STIMULI if triads else STIMULI[:2]
+    stimuli = [name for name in STIMULI if name in STIMULI[:2] or _shown(rows, name)]
+    triads = len(stimuli) > 2  # noqa: PLR2004 - differences are compared
     surfaces = in_order({str(name) for column in stimuli for name in main[column].unique()})
     no_pairs = NotComputed("triads were compared, not pairs")
     chosen = {} if triads else choices(main, surfaces)
@@ -138,10 +135,14 @@ def _task(task: str, rows: pd.DataFrame, confidence: float) -> TaskScale:
         thurstone=no_pairs if everybody is None else thurstone(everybody, confidence),
         transitivity=no_pairs if everybody is None else stochastic_transitivity(everybody),
         consistency={who: consistency(own) for who, own in chosen.items()},
-        differences=_differences(main, surfaces, confidence)
+        differences=_differences(main, stimuli, surfaces, confidence)
         if triads
         else NotComputed("pairs were compared, not triads"),
     )
+
+
+def _shown(rows: pd.DataFrame, name: str) -> bool:
+    return name in rows and bool((rows[name] != "").any())
 
 
 def _counts(values: NDArray[np.float64]) -> tuple[int, ...]:
@@ -177,15 +178,15 @@ def choices(main: pd.DataFrame, surfaces: tuple[str, ...]) -> dict[str, NDArray[
 
 
 def _differences(
-    main: pd.DataFrame, surfaces: tuple[str, ...], confidence: float
+    main: pd.DataFrame, stimuli: Sequence[str], surfaces: tuple[str, ...], confidence: float
 ) -> DifferenceScale | NotComputed:
     textures = [name for name in surfaces if amplitude_of(name) is None]
     if textures:
         return NotComputed(f"{', '.join(textures)}: textures have no predefined order")
     number = {name: place for place, name in enumerate(surfaces)}
-    ranks = np.stack([main[name].map(number).to_numpy(int) for name in STIMULI], axis=1)
+    ranks = np.stack([main[name].map(number).to_numpy(int) for name in stimuli], axis=1)
     return difference_scale(
-        triads_as_quadruples(ranks),
+        ranks if len(stimuli) == len(STIMULI) else triads_as_quadruples(ranks),
         main["response"].to_numpy(float) == 2,  # noqa: PLR2004 - the second step
         confidence=confidence,
     )

@@ -18,8 +18,8 @@ from slipscale.analysis.reading.delimited import Problems, Source, quantity_of
 from slipscale.analysis.reading.labelled_tasks import (
     TaskTrials,
     add_counts,
+    columns_of,
     factors_of,
-    header_of,
     labels_of,
     read_main_trials,
 )
@@ -86,7 +86,7 @@ def read_choices(
     """
     frames, sources = [], []
     for marks in (FORCED_CHOICE, COMPARISON):
-        own = [entry for entry in entries if header_of(entry[0]).issuperset(marks)]
+        own = [entry for entry in entries if columns_of(entry[0]).issuperset(marks)]
         if own:
             frame, read = _read(own, marks, folder, problems, counts)
             frames.append(frame)

@@ -10,6 +10,7 @@ from slipscale.analysis.tasks.thresholds.cautions import CAUTIONS
 from slipscale.analysis.tasks.thresholds.friction_axis import FrictionThreshold
 from slipscale.analysis.tasks.thresholds.population_threshold import Factor, PopulationThreshold
 from slipscale.analysis.tasks.thresholds.reversals import ConditionReversals, Reversals
+from slipscale.analysis.tasks.thresholds.slopes_by_condition import SlopesByCondition
 from slipscale.analysis.tasks.thresholds.statistics import COMPARED, TaskThresholds
 from slipscale.analysis.writing.factor_words import factor_level, factor_name
 from slipscale.analysis.writing.numbers import (
@@ -62,8 +63,8 @@ def title(found: TaskThresholds, quantity: Quantity) -> str:
     'Difference threshold by oddity at 1.2 µm'
     """
     if found.method == COMPARED:
-        standard = quantity.value(found.standard_level or 0)
-        return task_name(f"Constant stimuli around {standard}", found.task)
+        around = "" if found.standard_level is None else quantity.value(found.standard_level)
+        return task_name(f"Constant stimuli{around and ' around '}{around}", found.task)
     if found.standard_level is None:
         return task_name("Detection threshold", found.task)
     by = "" if METHODS[found.method].by_magnitude else " by oddity"
@@ -76,6 +77,7 @@ def answers(found: TaskThresholds, confidence: float, quantity: Quantity) -> lis
     factors = _tested(found.population) if found.population else []
     return [
         *(_by(factor, found, confidence, quantity) for factor in factors),
+        *(_slopes_by(factor, found, confidence, quantity) for factor in found.slopes),
         _pooled(found, confidence, quantity),
     ]
 
@@ -102,6 +104,32 @@ def _by(factor: Factor, found: TaskThresholds, confidence: float, quantity: Quan
     return f"{what}{values}. Thresholds {tests}, after Holm's correction."
 
 
+def _slopes_by(
+    factor: SlopesByCondition, found: TaskThresholds, confidence: float, quantity: Quantity
+) -> str:
+    values = "; ".join(
+        f"{quantity.value(significant(half))} ({factor_level(factor.name, name)})"
+        for name, half in factor.half_widths_level.items()
+        if np.isfinite(half)
+    )
+    tests = []
+    for each in factor.contrasts:
+        one, other = (factor_level(factor.name, name) for name in (each.first, each.second))
+        if isinstance(each.log_ratio, NotComputed) or each.p_holm is None:
+            continue
+        verb = verdict(DIFFERED, each.p_holm, confidence, each.log_ratio.df)
+        ratio = bracketed(each.log_ratio.interval, lambda end: significant(float(np.exp(end))))
+        tests.append(
+            f"{verb} between {one} and {other} "
+            f"(ratio {significant(float(np.exp(each.log_ratio.mean)))}, "
+            f"{level_of(confidence)} CI {ratio}, "
+            f"t({each.log_ratio.df}) = {unit_number(each.log_ratio.t, 2)}, {p_value(each.p_holm)})"
+        )
+    compared = f" Slopes {joined(tests)}, after Holm's correction." if tests else ""
+    what = f"{title(found, quantity)} by {factor_name(factor.name)}"
+    return f"{what}: just noticeable difference {values}.{compared}"
+
+
 def averaged(found: TaskThresholds) -> str:
     """Return the conditions over which the population threshold is averaged, in words."""
     if not found.population:
@@ -115,7 +143,8 @@ def averaged(found: TaskThresholds) -> str:
 def _pooled(found: TaskThresholds, confidence: float, quantity: Quantity) -> str:
     what = f"{title(found, quantity)}{averaged(found)}"
     if isinstance(found.population, NotComputed):
-        return f"{what}: no population threshold was computed ({found.population.reason})."
+        own = _own(found, confidence, quantity) if len(found.participants) == 1 else ""
+        return f"{what}: {own}no population threshold was computed ({found.population.reason})."
     threshold = found.population.threshold_level
     curve = CURVES[found.curve]
     axis = "logarithmic" if curve.logarithmic else "linear"
@@ -125,6 +154,12 @@ def _pooled(found: TaskThresholds, confidence: float, quantity: Quantity) -> str
         f"{bracketed(threshold.interval, significant)}, "
         f"{MEANT[found.method][1].format(n=found.population.n, q=quantity)}"
     )
+    half = found.population.half_width_level
+    if found.standard_level is None and found.method == COMPARED and half:
+        text += (
+            f"; just noticeable difference {quantity.value(significant(half.value))}, CI "
+            f"{bracketed(half.interval, significant)}"
+        )
     if found.weber_fraction:
         weber = found.weber_fraction
         text += (
@@ -132,6 +167,22 @@ def _pooled(found: TaskThresholds, confidence: float, quantity: Quantity) -> str
             f"{bracketed(weber.interval, lambda value: unit_number(value, 3))}"
         )
     return f"{text} ({curve.title}, {axis} axis)."
+
+
+def _own(found: TaskThresholds, confidence: float, quantity: Quantity) -> str:
+    """Return the threshold and slope of the only participant, or why there is none."""
+    (person,) = found.participants
+    function = person.function
+    if isinstance(function, NotComputed):
+        return f"no function was fitted for {person.participant} ({function.reason}); "
+    ends = bracketed(function.threshold_level.interval, significant)
+    what = "point of subjective equality" if found.method == COMPARED else "threshold"
+    return (
+        f"{what} of {person.participant} "
+        f"{quantity.with_convention(significant(function.threshold_level.value))}, "
+        f"{level_of(confidence)} CI {ends}; slope {significant(function.slope_value)} "
+        f"({CURVES[found.curve].title}, {person.trials} answers); "
+    )
 
 
 def doubts(task: TaskThresholds, _confidence: float, quantity: Quantity) -> list[str]:

@@ -34,6 +34,10 @@ from slipscale.analysis.tasks.thresholds.population_threshold import (
 from slipscale.analysis.tasks.thresholds.reading import TRIALS
 from slipscale.analysis.tasks.thresholds.reversals import Reversals, reversals
 from slipscale.analysis.tasks.thresholds.rules import rules_of
+from slipscale.analysis.tasks.thresholds.slopes_by_condition import (
+    SlopesByCondition,
+    slopes_by_condition,
+)
 from slipscale.experiments.dataset.schema import PARTICIPANT
 from slipscale.experiments.protocol_parts.adaptive.curves import CURVES, OTHER_AXIS
 from slipscale.experiments.protocol_parts.adaptive.interleaved import Interleaved
@@ -109,6 +113,8 @@ class TaskThresholds:
         the 25 % and 75 % points is divided by the standard.
     reversals : Reversals or NotComputed
         Mean levels at the last reversals, if requested in the study file.
+    slopes : tuple of SlopesByCondition
+        Slopes of comparisons in the conditions of each factor.
     friction : FrictionThreshold or NotComputed
         Population threshold as a change in measured friction, if requested in the study file.
     """
@@ -122,6 +128,7 @@ class TaskThresholds:
     weber_fraction: Estimate | NotComputed
     reversals: Reversals | NotComputed
     friction: FrictionThreshold | NotComputed
+    slopes: tuple[SlopesByCondition, ...] = ()
 
 
 def thresholds(
@@ -192,6 +199,11 @@ def _task(
             rows[~rows["catch"]], rule, choices.threshold_reversals, choices.confidence
         ),
         friction=friction_threshold(rows, choices, method=method, curve=curve),
+        slopes=tuple(
+            slopes_by_condition(
+                rows[~rows["catch"]], method=method, curve=curve, confidence=choices.confidence
+            )
+        ),
     )
 
 
@@ -272,6 +284,12 @@ def _contrast_ps(found: tuple[TaskThresholds, ...]) -> list[float]:
         if task.population
         for factor in task.population.factors
         for each in factor.contrasts
+    ] + [
+        each.log_ratio.p
+        for task in found
+        for factor in task.slopes
+        for each in factor.contrasts
+        if each.log_ratio
     ]
 
 
@@ -290,14 +308,17 @@ class _Thresholds(Statistic[tuple[TaskThresholds, ...]]):
         "integrated out, as are the logarithms of individual slopes if there is one session and "
         "condition. The lapse rate is shared across participants and also informed by catch "
         "trials. Thresholds for a factor are averaged over the other factors. Intervals are "
-        "profile-likelihood intervals with a t quantile. Individual thresholds are posterior "
-        "medians, with the lapse rate integrated out."
+        "profile-likelihood intervals with a t quantile. Slopes of comparisons in several "
+        "conditions are compared by paired t tests of their logarithms, fitted without lapses, "
+        "with Holm's correction. Individual thresholds are posterior medians, with the lapse rate "
+        "integrated out."
     )
     conclusions = (
         Named(
             "*.population.factors.*.contrasts.*.p_holm",
             "{0[0]}: thresholds differ between {2[0]} and {2[1]} ({1}, Holm)",
         ),
+        Named("*.slopes.*.contrasts.*.p_holm", "{0[0]}: slopes differ ({1}, Holm)"),
     )
     headlines = (
         Named("*.population.threshold_level.value", "{0[0]}: threshold, {q.unit_in_short}"),

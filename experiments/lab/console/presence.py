@@ -14,8 +14,8 @@ from typing import IO
 
 import portalocker
 
-from slipscale.experiments.lab.console.private_folder import private_folder
 from slipscale.faults.message import Message
+from slipscale.faults.private_folder import private_folder
 
 
 class Presence:

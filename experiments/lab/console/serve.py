@@ -20,9 +20,9 @@ from uvicorn.protocols.http.h11_impl import H11Protocol
 
 from slipscale.experiments.lab.console.app import Console, make_app
 from slipscale.experiments.lab.console.jobs import Jobs
-from slipscale.experiments.lab.console.private_folder import private_folder, write_private
 from slipscale.experiments.lab.console.security import TO_THE_PAGES, Access
 from slipscale.faults import UserError
+from slipscale.faults.private_folder import private_folder, write_private
 
 PORT = 8470
 CERTIFICATE_DAYS = "30"
@@ -123,6 +123,7 @@ def _configuration(app: Starlette, access: Access, place: Path) -> uvicorn.Confi
         access_log=False,
         server_header=False,
         http=_Impatient,
+        ws="none",  # Otherwise a WebSocket request ends in a traceback on the terminal.
         timeout_graceful_shutdown=3,
         ssl_certfile=certificate[0] if certificate else None,
         ssl_keyfile=certificate[1] if certificate else None,

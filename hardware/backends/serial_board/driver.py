@@ -22,6 +22,7 @@ from __future__ import annotations
 from collections.abc import Callable, Collection
 from dataclasses import replace
 from functools import partial
+from pathlib import Path
 from statistics import fmean
 from typing import TYPE_CHECKING, TypeVar
 
@@ -43,6 +44,8 @@ from slipscale.hardware.errors import (
     ProtocolViolation,
     WrongDevice,
 )
+from slipscale.hardware.output.state import ATTENTION_S
+from slipscale.hardware.output.unattended import StopsAlone
 from slipscale.hardware.records import PlateIdentity, Presentation, Readback
 from slipscale.stimuli.modulation import DEFAULT_MODULATOR, STEPS_MAX, Loop, Modulator
 
@@ -55,7 +58,6 @@ if TYPE_CHECKING:
 T = TypeVar("T")
 
 HEARTBEAT_S = 0.1
-ATTENTION_S = 5.0
 POLL_S = 0.002
 LONGEST_SETTLING_S = 2.0
 # Delay between `follow` and the plate's response, including the serial line and the board's 25 ms
@@ -96,6 +98,7 @@ class SerialBoard(PlateDriver):
     """
 
     name = "serial"
+    unattended = StopsAlone("the board's watchdog switches it off")
     follow_lag_s = FOLLOW_LAG_S
 
     def __init__(
@@ -111,8 +114,10 @@ class SerialBoard(PlateDriver):
     ) -> None:
         super().__init__(clock=clock, limits=limits, calibration=calibration, plate_file=plate_file)
         self.port = port
+        # Elsewhere, ports have no path, and the system opens them only once.
+        self.instrument = str(Path(port).resolve()) if Path(port).exists() else ""
         self.watchdog_s: float | None = None
-        self._attention_s = attention_s
+        self.attention_s = attention_s
         self._host = host or computers.SystemHost()
         self._attended_s = 0.0
         self._line: Line | None = None
@@ -255,7 +260,7 @@ class SerialBoard(PlateDriver):
     def _beat(self, link: BoardLink) -> bool:
         """Query the status. Store a fault, which `check` then raises; return whether to go on."""
         now_s = self._host.now()
-        if self._attention_s and now_s - self._attended_s > self._attention_s:
+        if self.attention_s and now_s - self._attended_s > self.attention_s:
             return True
         active = self._active
         if active is not self._watched:

@@ -18,8 +18,9 @@ name, as listed by ``python -m sounddevice``, with
                   frequency; not for a plate in volts
 ================  ===============================================================
 
-At the end of a session, the carrier is ramped down. If the process is killed, the operating system
-closes the device. If the computer freezes, **nothing** stops a card from repeating its last buffer:
+At the end of a session, the carrier is ramped down. The stream belongs to the process: the system
+closes it when the process is killed, and it plays silence when the process is stopped. If the
+computer freezes, **nothing** stops a card from repeating its last buffer:
 use a hardware interlock (docs/how-to/function-generator.md). The vibration is not measured.
 """
 
@@ -48,6 +49,8 @@ from slipscale.hardware.errors import (
     PlateTimeout,
     StillVibrating,
 )
+from slipscale.hardware.output.state import ATTENTION_S
+from slipscale.hardware.output.unattended import StopsAlone
 from slipscale.hardware.records import PlateIdentity, Presentation, Readback
 
 if TYPE_CHECKING:
@@ -59,7 +62,6 @@ if TYPE_CHECKING:
 RATE_HZ = 192_000.0
 PASSBAND = 0.45  # highest usable frequency, as a fraction of the sampling rate
 CHANNELS = 2
-ATTENTION_S = 5.0
 POLL_S = 0.002
 ENDS_S = 1.0  # time, in addition to `RAMP_S`, for the device to request the samples of a ramp
 
@@ -116,6 +118,7 @@ class SoundCard(PlateDriver):
 
     name = "sound"
     tracks = True
+    unattended = StopsAlone("the system ends the stream of a process that is killed or stopped")
     why_not_modulated = "sound cards can only hold a constant amplitude"
 
     def __init__(
@@ -157,8 +160,9 @@ class SoundCard(PlateDriver):
             voltage_v=drive_of_level.largest_v_peak(self.limits),
         )
         self.device: str | int = int(device) if device.isdecimal() else device
+        self.instrument = f"sound device {device}, channel {channel}"
         self._channel = channel
-        self._attention_s = attention_s
+        self.attention_s = attention_s
         self._machine: Clock = SystemClock()
         self._attended_s = 0.0
         self._carrier = Carrier(rate_hz)
@@ -185,7 +189,7 @@ class SoundCard(PlateDriver):
             block = np.frombuffer(memory, np.float32).reshape(-1, CHANNELS)
             self._underflows += bool(status.output_underflow)
             waited_s = self._machine.now() - self._attended_s
-            if carrier.target and self._attention_s and waited_s > self._attention_s:
+            if carrier.target and self.attention_s and waited_s > self.attention_s:
                 self._unattended = True
             if self._unattended:
                 carrier.target = 0.0
@@ -315,7 +319,7 @@ class SoundCard(PlateDriver):
                 "{name}: the session sent no command for {attention_s:g} s, so the plate was "
                 "switched off",
                 name=name,
-                attention_s=self._attention_s,
+                attention_s=self.attention_s,
             )
         self._attended_s = self._machine.now()
 

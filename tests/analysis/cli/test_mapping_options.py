@@ -10,7 +10,7 @@ import pytest
 
 from slipscale import commands
 from slipscale.analysis.cli.analyse import add_analyse
-from slipscale.analysis.cli.mapping_options import mapping_from
+from slipscale.analysis.cli.mapping_arguments import mapping_from
 from slipscale.analysis.load import load
 from slipscale.faults import UserError
 
@@ -115,15 +115,15 @@ def test_a_table_with_slipscales_columns_has_a_decimal_mark_a_sheet_and_rows(
     "options,words",
     [
         (
-            ["--stimulus", "sound_pressure", "--response", "loudness"],
-            "columns.participant: is missing",
+            ["--participant", "subject", "--stimulus", "sound_pressure"],
+            "needs --stimulus and --response",
         ),
         ([*OPTIONS[:2], "--levels", "a"], "expected COLUMN=LEVEL with a number"),
         ([*OPTIONS, "--only", "ear"], "--only ear: expected COLUMN=VALUE"),
         (["--map"], "--map: requires options that name the columns"),
         (
             [*OPTIONS, "--sheet", "x", "--reference", "loud"],
-            "a reference requires a column of answers",
+            "estimates needs --stimulus and --response",
         ),
     ],
 )

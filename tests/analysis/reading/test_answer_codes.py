@@ -10,8 +10,9 @@ from scipy import stats
 from slipscale import commands
 from slipscale.analysis.load import load
 from slipscale.analysis.pipeline import analyse
-from slipscale.analysis.reading.mapping import parse_mapping
+from slipscale.analysis.reading.meaning.mapping import parse_mapping
 from slipscale.analysis.reporting.sections.summary import answers
+from slipscale.analysis.tasks.thresholds.statistics import THRESHOLDS
 from slipscale.faults import UserError
 
 pytestmark = pytest.mark.usefixtures("without_models", "without_simulated_fits")
@@ -79,7 +80,7 @@ def test_counts_read_as_so_many_answers(tmp_path):
 def test_a_count_above_n_is_refused_with_its_line(tmp_path):
     path = tmp_path / "counts.csv"
     pd.DataFrame({"who": ["a"], "size": [1.0], "k": [11], "of": [10]}).to_csv(path, index=False)
-    with pytest.raises(UserError, match="line 2: k is 11 and of 10; expected whole numbers"):
+    with pytest.raises(UserError, match="line 2: k is 11 and of is 10; expected whole numbers"):
         load(path, mapping(answer="", yes_count="k", n="of"))
 
 
@@ -213,6 +214,18 @@ def test_comparisons_around_a_standard_have_a_point_of_equality_in_the_table_s_w
     assert "half of the answers are “yes”" in sentence
 
 
-def test_negative_comparisons_are_rejected_with_the_way_to_continue(tmp_path):
-    with pytest.raises(UserError, match=r"expected 0 or more.*add the standard to both columns$"):
-        load(signed(tmp_path, 0.0, 0.0), mapping(reference="base"))
+@pytest.mark.parametrize("columns", [{"reference": "base"}, {}])
+def test_offsets_to_both_sides_have_a_point_of_equality_and_no_catch_trials(tmp_path, columns):
+    """Level 0 was a catch trial, so that d' was printed."""
+    data = load(signed(tmp_path, 0.0, 0.0), mapping(**columns))
+    assert not data.trials["forced_choices"]["catch"].any()
+    (found,) = analyse(data).inference.found(THRESHOLDS)
+    assert found.population.threshold_level.value == pytest.approx(0.0, abs=0.2)
+    # The half-width of a normal distribution with an SD of 1.5.
+    assert found.population.half_width_level.value == pytest.approx(1.5 * 0.6745, rel=0.2)
+
+
+def test_offsets_of_a_forced_choice_are_refused_with_the_way_to_continue(tmp_path):
+    choice = mapping(answers={"alternatives": 2})
+    with pytest.raises(UserError, match=r"size of -4.*omit --alternatives"):
+        load(signed(tmp_path, 0.0, 0.0), choice)

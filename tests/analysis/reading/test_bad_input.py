@@ -225,8 +225,8 @@ def test_pairs_that_all_tell_apart_alike_are_not_called_alike(table_by_hand, pag
     text = page(analysis)
     assert not re.search(r"\bnan\b", text)
     assert (
-        "Pairs whose log estimates were not tested: 0.5 and 1 µm (all participants have the same "
-        "value" in text
+        "Pairs whose log estimates were not tested: 0.5 and 1 µm (the ratio is 2 for all "
+        "participants" in text
     )
     assert "Log estimates differed for both pairs of amplitudes" in text
 

@@ -13,8 +13,8 @@ from scipy.io import savemat
 
 from slipscale.analysis.load import load
 from slipscale.analysis.pipeline import analyse
-from slipscale.analysis.reading.mapping import beside, parse_mapping, write_mapping
-from slipscale.analysis.reading.units import factor
+from slipscale.analysis.reading.meaning.mapping import beside, parse_mapping, write_mapping
+from slipscale.analysis.reading.meaning.units import factor
 from slipscale.analysis.tasks.difference.yes_no import step_sizes
 from slipscale.faults import UserError
 
@@ -191,7 +191,8 @@ def test_a_second_factor_within_participants_is_analysed_one_condition_at_a_time
         load(path, mapping(group="ear"))
     assert len(load(path, mapping(table={"only": {"ear": "left"}})).estimates) == 12
     for wrong in ("right", ["left", "right"]):
-        with pytest.raises(UserError, match="no row has 'right' in column ear; found both, left"):
+        said = "no row has 'right' in column ear; expected one of both, left"
+        with pytest.raises(UserError, match=said):
             load(path, mapping(table={"only": {"ear": wrong}}))
     assert len(load(path, mapping(table={"only": {"ear": ["left", "both"]}})).estimates) == 24
 
@@ -209,18 +210,24 @@ def test_what_map_writes_is_what_load_reads(tmp_path):
 @pytest.mark.parametrize(
     "table,words",
     [
-        ({"columns": {"participant": "a"}}, "columns for the stimulus and for the response"),
+        (
+            {"columns": {"participant": "a"}},
+            "needs --stimulus and --response .*found --participant",
+        ),
         ({"columns": {"participant": "a", "stimulus": "a", "response": "b"}}, "a is used twice"),
         (
             {"columns": {"participant": "a", "stimulus": "s", "response": "b", "reference": "c"}},
-            "a reference requires a column of answers",
+            "estimates needs --stimulus and --response .*--reference",
         ),
-        ({"columns": {"participant": "a", "response": "b"}, "levels": {"x": 1}}, "either levels"),
+        (
+            {"columns": {"participant": "a", "response": "b"}, "levels": {"x": 1}},
+            "wide table needs --levels.*found --participant, --response",
+        ),
         (
             {"columns": {"participant": "a"}, "levels": {"x": 1, "y": 1}},
             "a different level for each",
         ),
-        ({"columns": {"participant": "a"}, "levels": {"x": -1}}, "expected 0"),
+        ({"columns": {"participant": "a"}, "levels": {"x": -1e200}}, "expected -1e\\+100 or more"),
         ({"column": {}}, "unknown key"),
     ],
 )

@@ -5,7 +5,7 @@ import pytest
 
 from slipscale.analysis.load import load
 from slipscale.analysis.reading.dialect import decimal_of
-from slipscale.analysis.reading.mapping import parse_mapping
+from slipscale.analysis.reading.meaning.mapping import parse_mapping
 from slipscale.faults import UserError
 
 HEADER = "participant_id,amplitude_um_pp,estimate"

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from slipscale.analysis.writing.csv_file import write_csv
-from slipscale.analysis.writing.spreadsheet_cells import harmless_cell
+from slipscale.faults.spreadsheet_cells import harmless_cell
 
 # Before Python 3.13 pandas leaves a lone CR unquoted, and no reader gives that cell back.
 TEXTS = st.text(st.characters(exclude_categories=["Cs"], exclude_characters="\r"), max_size=8)

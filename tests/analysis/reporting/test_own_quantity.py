@@ -12,7 +12,7 @@ from slipscale import commands
 from slipscale.analysis.json_form import OurName, form
 from slipscale.analysis.load import load
 from slipscale.analysis.pipeline import analyse
-from slipscale.analysis.reading.mapping import parse_mapping
+from slipscale.analysis.reading.meaning.mapping import parse_mapping
 from slipscale.analysis.reporting.files import draw, write_analysis
 from slipscale.analysis.reporting.page import render
 from slipscale.analysis.tasks.outside import guard

@@ -14,7 +14,7 @@ from pingouin import bayesfactor_ttest
 from slipscale.analysis.load import load
 from slipscale.analysis.pipeline import analyse
 from slipscale.analysis.preprocessing.log_transform import prepare
-from slipscale.analysis.reading.mapping import parse_mapping
+from slipscale.analysis.reading.meaning.mapping import parse_mapping
 from slipscale.analysis.statistics.equivalence import bayes_factor, equivalence
 from slipscale.analysis.statistics.mean_over_participants import mean_over_participants
 from slipscale.analysis.statistics.repeated_measures.pairwise import pairwise

@@ -10,8 +10,9 @@ import pytest
 
 from slipscale.experiments.dataset.bids import build_dataset
 from slipscale.experiments.dataset.journals import mode_of
-from slipscale.experiments.dataset.tsv import cell
+from slipscale.experiments.dataset.tsv import cell, sidecar
 from slipscale.experiments.dataset.verification import verify
+from slipscale.experiments.steps.columns import Column
 from slipscale.experiments.steps.questions.number import NumberQuestion
 from slipscale.experiments.steps.questions.text import TextQuestion
 from slipscale.experiments.steps.questions.yes_no import YesNoQuestion
@@ -233,3 +234,10 @@ def test_a_level_that_the_plate_only_repeats_is_no_readback(
     expected = {"biet2007": "amplitude_readback_um_pp", "matching": "matched_readback_um_pp"}
     assert expected[study] in readbacks
     assert readbacks.isna().to_numpy().all() == (kind == "commanded")
+
+
+def test_a_level_that_a_spreadsheet_would_run_is_text_in_table_and_sidecar():
+    option = "@SUM(1+1)*cmd|' /C calc'!A0"
+    column = Column(description="an answer", levels={option: "an option"})
+    assert cell(option) == f"'{option}"
+    assert list(sidecar({"answer": column})["answer"]["Levels"]) == [cell(option)]

@@ -28,6 +28,7 @@ class PersonsClock:
     def __init__(self, start_s=0.0):
         self._clock = VirtualClock(start_s)
         self.now, self.sleep = self._clock.now, self._clock.sleep
+        self.suspended_s = self._clock.suspended_s
 
 
 class Wall:

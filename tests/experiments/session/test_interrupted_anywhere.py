@@ -286,6 +286,7 @@ class PersonsClock:
     def __init__(self, start_s=0.0):
         self._clock = VirtualClock(start_s)
         self.now, self.sleep = self._clock.now, self._clock.sleep
+        self.suspended_s = self._clock.suspended_s
 
 
 def test_wherever_a_persons_run_is_taken_up_what_is_rated_was_felt_and_the_trial_says_so(

@@ -16,6 +16,8 @@ from slipscale.experiments.steps.questions.yes_no import YesNoQuestion
 from slipscale.experiments.steps.replies import BACK
 from slipscale.experiments.steps.steps import Ask, Explore, Instruct
 from slipscale.faults import UserError
+from slipscale.hardware.backends.mock import MockPlate
+from slipscale.hardware.driver import PlateDriver
 from slipscale.hardware.errors import GarbledReply, OverLimit, PlateFault, PlateRefused
 from slipscale.hardware.signals import EndedBySignal, signals_raise
 from tests.experiments.conftest import make_plan
@@ -215,6 +217,26 @@ def test_no_rating_is_taken_of_a_surface_that_has_gone(laboratory):
     seen = [type(step) for step in laboratory.person.seen]
     again = max(i for i, step in enumerate(laboratory.person.seen) if step == gone[0])
     assert seen[again - 1] is Explore  # felt again before it was asked again
+
+
+def test_after_a_suspended_computer_the_surface_is_felt_and_rated_again(laboratory, monkeypatch):
+    monkeypatch.setattr(MockPlate, "frozen_s", PlateDriver.frozen_s)
+    asked, gone = [], []
+
+    def answer(step):
+        asked.append(step.name)
+        if step.name == "estimate" and laboratory.plate.vibration_level() > 1 and not gone:
+            gone.append(step)
+            laboratory.clock.suspend(20.0)
+        return sensible(step)
+
+    laboratory.run(person=lambda _: ScriptedParticipant(answer, laboratory.clock))
+    (fault,) = laboratory.records(kind="fault")
+    assert (fault.data["code"], fault.data["level_free"]) == ("frozen", True)
+    assert fault.data["values"]["gap_s"] == pytest.approx(21.0)  # The answer takes 1 s.
+    assert asked.count("estimate") == 9
+    again = max(i for i, step in enumerate(laboratory.person.seen) if step == gone[0])
+    assert isinstance(laboratory.person.seen[again - 1], Explore)
 
 
 def test_a_fault_that_names_the_amplitude_is_told_without_it_unless_unblinded(laboratory):

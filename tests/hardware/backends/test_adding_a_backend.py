@@ -21,7 +21,7 @@ from slipscale.hardware.errors import OverLimit
 from slipscale.hardware.registry import open_plate
 from slipscale.stimuli.surface import VirtualSurface
 
-with open_plate("ourplate:" + sys.argv[1], clock=SystemClock()) as plate:
+with open_plate("ourplate:" + sys.argv[1] + ",interlock=foot_switch", clock=SystemClock()) as plate:
     made = plate.present(VirtualSurface(level=1.2))
     try:
         plate.present(VirtualSurface(level=9.0))
@@ -103,8 +103,17 @@ def test_the_page_followed_literally_gives_a_plate_that_works(tmp_path, device):
         check=True,
     )
     assert "ourplate" in listed.stdout
+    spec = f"ourplate:{port},interlock=foot_switch"
     conform = subprocess.run(
-        [sys.executable, "-m", "slipscale", "plate", "conform", f"ourplate:{port}", "--json"],
+        [
+            sys.executable,
+            "-m",
+            "slipscale",
+            "plate",
+            "conform",
+            spec,
+            "--json",
+        ],
         env=environment,
         capture_output=True,
         text=True,

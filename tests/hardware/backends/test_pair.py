@@ -164,3 +164,16 @@ def test_what_the_first_cannot_produce_is_refused_before_the_session(pair, monke
 def test_a_pair_has_two_specs(address):
     with pytest.raises(UserError, match=r"expected two SPECs separated by [+]"):
         open_plate(f"pair:{address}", clock=VirtualClock())
+
+
+def test_a_slow_actuator_is_no_frozen_session_for_the_other():
+    clock = VirtualClock()
+    first, second = (MockPlate(clock=clock) for _ in range(2))
+    first.frozen_s = second.frozen_s = 1.0
+    drive = first._drive
+    first._drive = lambda level: (clock.sleep(3.0), drive(level))[1]
+    with PlatePair(first, second) as plate:
+        plate.second_level = 1.0
+        for level in (1.2, 0.8):
+            plate.present(VirtualSurface(level=level))
+            plate.check()

@@ -19,9 +19,10 @@ from slipscale.hardware.conformance.table import RULES, examine
 from slipscale.hardware.emulator import compiled
 from slipscale.hardware.emulator.firmware import Board
 from slipscale.hardware.errors import ConnectionLost
-from slipscale.hardware.plate.dynamics import FingerLoad
+from slipscale.hardware.plate.dynamics import NO_FINGER, FingerLoad
 from slipscale.hardware.plate.twin import Twin
-from tools.campaigns.wrong_boards.variants import GUIDED_ONLY, WRONG
+from tools.campaigns.wrong_boards.variants import GUIDED_ONLY, WRONG, DoubledLimit
+from tools.campaigns.wrong_boards.verdicts import departures as wrong_departures
 from tools.campaigns.wrong_boards.verdicts import guided_departures
 from tools.campaigns.wrong_boards.virtual_line import Operator, VirtualLine
 
@@ -63,17 +64,36 @@ def test_the_compiled_firmware_conforms(code, plate):
 def test_a_board_without_lists_conforms_and_is_told_what_does_not_apply():
     line = VirtualLine(Board(Twin(), boot=1, lists=False))
     outcomes = {each.outcome for each in examine(Bench(line, line))}
-    assert outcomes == {"conforms", "not applicable"}
+    assert outcomes == {"conforms", "not applicable", "not proved"}  # the on-time, without --long
 
 
 @pytest.mark.parametrize("options", [[], ["--firmware"]])
 def test_the_command_examines_a_board_at_a_port(host, options, capsys):
     board = host.plug_in(*options)
-    assert commands.main(["plate", "conform", f"serial:{board.port}", "--json"]) == 0
+    words = ["plate", "conform", f"serial:{board.port}", "--json"]
+    assert commands.main([*words, "--accept-unproved"]) == 0
     verdicts = json.loads(capsys.readouterr().out)
-    assert [each["rule"] for each in verdicts] == [rule for rule, _ in RULES]
+    assert [each["rule"] for each in verdicts] == [rule for rule, _ in (*RULES, *STEPS)]
     assert [each for each in verdicts if each["outcome"] == "departs"] == []
+    unproved = [each["rule"] for each in verdicts if each["outcome"] == "not proved"]
+    on_time = "the plate is switched off after the maximum on-time"
+    assert unproved == [on_time, *(rule for rule, _ in STEPS)]
     assert not board.state()["vibrates"]
+
+
+def test_rules_that_were_not_proved_are_a_no_unless_accepted(monkeypatch, capsys, host):
+    board = host.plug_in()
+    monkeypatch.setattr("slipscale.hardware.conformance.table.RULES", RULES[:1])
+    words = ["plate", "conform", f"serial:{board.port}"]
+    assert commands.main(words) == 1
+    assert "7 rules, 0 violated, 6 not proved" in capsys.readouterr().out
+    assert commands.main([*words, "--accept-unproved"]) == 0
+
+
+def test_a_doubled_voltage_limit_is_found_by_default_if_the_plate_is_loaded():
+    assert set(wrong_departures(DoubledLimit)) == {
+        "the drive voltage stays within the board's limit"
+    }
 
 
 def test_a_board_that_departs_is_a_no(host, capsys):
@@ -89,6 +109,7 @@ FOUND_BY = {
     "CutList": "an amplitude list reaches its largest amplitude",
     "CutsLines": "lines have at most 96 bytes",
     "DeafToStopInOpen": "the stop byte ! ends open-loop operation",
+    "DoubledLimit": "the drive voltage stays within the board's limit",
     "DoubledDrive": "after DRIV, the board applies the voltage that it reports",
     "EchoedReadback": "after DRIV, the board applies the voltage that it reports",
     "FakedReadback": "an amplitude list reaches its largest amplitude",
@@ -116,7 +137,8 @@ KINDS = {each.__name__: each for each in WRONG}
 
 
 def on_a_bench(kind, **limits):
-    board = kind(Twin(), boot=1)
+    loaded = kind is DoubledLimit  # A finger raises the voltage to its limit.
+    board = kind(Twin(finger=FingerLoad(loss=1 / 300) if loaded else NO_FINGER), boot=1)
     board.limits = replace(board.limits, **limits)
     line = VirtualLine(board)
     bench = Bench(line, line, long=True)
@@ -131,9 +153,9 @@ def check(rule, line, bench):
         dict(STEPS)[rule](bench, Operator(line, bench))
 
 
-def test_the_campaign_has_27_kinds_of_wrong_board():
+def test_the_campaign_has_28_kinds_of_wrong_board():
     assert set(FOUND_BY) == set(KINDS)
-    assert len(KINDS) == 27
+    assert len(KINDS) == 28
     guided = {name for name, rule in FOUND_BY.items() if rule in dict(STEPS)}
     assert guided == {each.__name__ for each in GUIDED_ONLY}
 

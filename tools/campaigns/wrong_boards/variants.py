@@ -154,6 +154,14 @@ class NoSaturation(Variant):
         return "HOLD" if state == "SAT" or was_limited else state
 
 
+class DoubledLimit(Variant):
+    """In closed loop, the board applies up to twice its voltage limit."""
+
+    def __init__(self, twin: Twin, *, boot: int) -> None:
+        super().__init__(twin, boot=boot)
+        twin.voltage_limit_v *= 2
+
+
 class FrozenReadback(Variant):
     """The sensor's reading freezes at its first value above 0.1 µm in HOLD."""
 
@@ -339,7 +347,7 @@ WRONG: tuple[type[Board], ...] = (
     DeafToStopInOpen, FalseHold, WideHold, NoSaturation,
     FrozenReadback, EchoedReadback, FakedReadback, StepsInsteadOfRamp, NoOnTimeLimit,
     SlowList, FlatList, InvertedList, CutList, DoubledDrive,
-    ForgetsNotAtStop, ForgetsItsAnswer, CutsLines, AnswersTwice, NoLimits,
+    ForgetsNotAtStop, ForgetsItsAnswer, CutsLines, AnswersTwice, NoLimits, DoubledLimit,
 )  # fmt: skip
 # Boards that only guided tests may detect: their answers are consistent if the plate is unloaded.
 GUIDED_ONLY = (FakesSilenceAndReading, FalseHold, WideHold, NoSaturation)

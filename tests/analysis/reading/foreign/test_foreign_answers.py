@@ -6,7 +6,7 @@ import pytest
 
 from slipscale.analysis.load import load
 from slipscale.analysis.pipeline import analyse
-from slipscale.analysis.reading.mapping import parse_mapping
+from slipscale.analysis.reading.meaning.mapping import parse_mapping
 from slipscale.analysis.tasks.thresholds.statistics import THRESHOLDS
 from slipscale.analysis.writing.task_names import task_name
 from slipscale.faults import UserError
@@ -103,7 +103,12 @@ def test_thresholds_of_a_forced_choice_are_compared_between_conditions(tmp_path)
     assert factor.contrasts[0].p < 0.01
 
 
-def test_conditions_of_yes_no_answers_are_refused(tmp_path):
-    path = written(tmp_path, of_conditions())
-    with pytest.raises(UserError, match=r"column cond: a factor cannot.*--only cond="):
-        load(path, mapping(answer="hit", factor="cond"))
+def test_yes_no_answers_are_compared_between_conditions(tmp_path):
+    analysis = analyse(
+        load(written(tmp_path, of_conditions()), mapping(answer="hit", factor="cond"))
+    )
+    (found,) = analysis.inference.found(THRESHOLDS)
+    (factor,) = found.population.factors
+    high, low = (each.threshold_level.value for each in factor.levels)
+    assert high > low + 1
+    assert factor.contrasts[0].p < 0.01

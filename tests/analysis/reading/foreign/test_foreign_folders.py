@@ -4,7 +4,7 @@ import pandas as pd
 import pytest
 
 from slipscale.analysis.load import load
-from slipscale.analysis.reading.mapping import parse_mapping
+from slipscale.analysis.reading.meaning.mapping import parse_mapping
 from slipscale.faults import UserError
 
 ROWS = pd.DataFrame({"level": [20, 200, 2000, 20_000], "loudness": [5.0, 20.0, 90.0, 400.0]})

@@ -8,7 +8,7 @@ from slipscale.analysis.load import load
 from slipscale.analysis.pipeline import analyse
 from slipscale.analysis.preprocessing.data_warnings import absent
 from slipscale.analysis.preprocessing.sessions import only_session
-from slipscale.analysis.reading.mapping import parse_mapping
+from slipscale.analysis.reading.meaning.mapping import parse_mapping
 from slipscale.faults import UserError
 
 pytestmark = pytest.mark.usefixtures("without_models")

@@ -15,7 +15,7 @@ from scipy.io import savemat
 
 from slipscale import commands
 from slipscale.analysis.load import load
-from slipscale.analysis.reading.mapping import parse_mapping
+from slipscale.analysis.reading.meaning.mapping import parse_mapping
 from slipscale.analysis.reading.programs import e_prime, jspsych, qualtrics
 from slipscale.analysis.reading.programs.table import Wanted, program_of
 from slipscale.faults import UserError
@@ -231,3 +231,47 @@ def test_a_refusal_prints_a_command_that_works(tmp_path, capsys, monkeypatch):
     )
     assert commands.main([*shlex.split(said)[1:], "--out", "results"]) == 0
     assert (tmp_path / "analysis.toml").exists()
+
+
+def test_types_above_the_header_of_e_dataaid_are_skipped(tmp_path):
+    table = pd.DataFrame(
+        {"ExperimentName": "x", "Subject": ["a"] * 3, "level": [1, 2, 4], "loud": [2, 4, 9]}
+    ).to_csv(sep="\t", index=False)
+    types = "string\tinteger\tfloat\tfloat\n"
+    (tmp_path / "data.txt").write_text(f"file.edat\n{types}{types}{types}{table}", "utf-16")
+    columns = {"participant": "Subject", "stimulus": "level", "response": "loud"}
+    data = load(tmp_path / "data.txt", parse_mapping({"columns": columns}, "here"))
+    assert data.estimates["estimate"].tolist() == [2, 4, 9]
+
+
+@pytest.mark.parametrize("separator", [",", ";", "\t", "json"])
+def test_responses_of_jspsych_are_columns_in_every_kind_of_file(tmp_path, separator):
+    trials = pd.DataFrame(
+        {
+            "trial_type": "survey-text",
+            "trial_index": [0, 1, 2],
+            "time_elapsed": [1, 2, 3],
+            "subject": "a",
+            "level": [1, 2, 4],
+            "responses": [json.dumps({"Q0": text}) for text in ("2", "4", "9")],
+        }
+    )
+    path = tmp_path / ("data.json" if separator == "json" else "data.csv")
+    if separator == "json":
+        path.write_text(trials.to_json(orient="records"))
+    else:
+        trials.to_csv(path, index=False, sep=separator)
+    columns = {"participant": "subject", "stimulus": "level", "response": "responses.Q0"}
+    data = load(path, parse_mapping({"columns": columns}, "here"))
+    assert data.estimates["estimate"].tolist() == [2, 4, 9]
+
+
+def test_single_values_next_to_vectors_of_matlab_are_in_every_row(tmp_path):
+    savemat(
+        tmp_path / "data.mat",
+        {"S": {"subject": "ab", "gain": 2.0, "level": [1, 2, 4], "loud": [2.0, 4.0, 9.0]}},
+    )
+    columns = {"participant": "subject", "stimulus": "level", "response": "loud"}
+    data = load(tmp_path / "data.mat", parse_mapping({"columns": columns}, "here"))
+    assert data.estimates["estimate"].tolist() == [2, 4, 9]
+    assert data.people == {"ab"}

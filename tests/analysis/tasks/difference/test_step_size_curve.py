@@ -273,3 +273,27 @@ def test_few_observers_are_reported_one_by_one_and_no_population_is_denied():
     assert "in 3 of 3 participants" in text
     assert "cannot be tested with so few participants" in text
     assert "did not depend" not in text
+
+
+@pytest.mark.parametrize(
+    "answers, said",
+    [
+        ({("p0", 0.7)}, "too few participants who answered “yes” (1; at least 3 are needed)"),
+        ({("p0", 0.7), ("p1", 1.1)}, "too few participants who answered “yes” (2; at least 3"),
+    ],
+)
+def test_a_slope_that_one_or_two_people_decide_is_not_tested(answers, said):
+    """With 1 "yes" of 24 answers, the slope had t(4) = 21 and p < .001."""
+    rows = [(f"p{person}", size) for person in range(6) for size in (0.0, 0.5, 0.7, 1.1)]
+    for flipped in (False, True):
+        steps = pd.DataFrame(
+            {
+                "participant_id": [who for who, _ in rows],
+                "level_before": 2.0,
+                "level": [2.0 - size for _, size in rows],
+                "difference_felt": [float((row in answers) != flipped) for row in rows],
+            }
+        )
+        found = psychometric(steps)
+        assert isinstance(found, NotComputed)
+        assert found.reason.startswith(said.replace("yes", "no") if flipped else said)

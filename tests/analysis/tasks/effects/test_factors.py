@@ -12,7 +12,7 @@ import slipscale
 from slipscale.analysis.export.files import write_export
 from slipscale.analysis.load import load
 from slipscale.analysis.pipeline import analyse
-from slipscale.analysis.reading.mapping import parse_mapping
+from slipscale.analysis.reading.meaning.mapping import parse_mapping
 from slipscale.analysis.tasks.effects.factors.declaration import sentences
 from slipscale.analysis.tasks.effects.factors.statistics import FACTORS
 from slipscale.analysis.tasks.thresholds.reading import TRIALS

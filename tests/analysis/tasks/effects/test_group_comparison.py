@@ -10,7 +10,7 @@ import pytest
 from slipscale.analysis.load import load
 from slipscale.analysis.pipeline import analyse
 from slipscale.analysis.preprocessing.log_transform import prepare
-from slipscale.analysis.reading.mapping import parse_mapping
+from slipscale.analysis.reading.meaning.mapping import parse_mapping
 from slipscale.analysis.reporting.files import draw
 from slipscale.analysis.reporting.sections.summary import answers
 from slipscale.analysis.statistics.not_computed import NotComputed

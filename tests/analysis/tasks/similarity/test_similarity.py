@@ -8,7 +8,7 @@ from scipy.spatial.distance import pdist, squareform
 
 from slipscale.analysis.load import load
 from slipscale.analysis.pipeline import analyse
-from slipscale.analysis.reading.mapping import parse_mapping
+from slipscale.analysis.reading.meaning.mapping import parse_mapping
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.tasks.similarity.statistics import (
     SIMILARITY,

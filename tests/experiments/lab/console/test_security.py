@@ -18,9 +18,9 @@ import pytest
 from slipscale.commands import main
 from slipscale.experiments.lab.console import serve as serving
 from slipscale.experiments.lab.console.presence import Presence
-from slipscale.experiments.lab.console.private_folder import private_folder
 from slipscale.experiments.lab.console.security import LARGEST_BODY, POLICY, Access
 from slipscale.faults import UserError
+from slipscale.faults.private_folder import private_folder
 
 PAGES = ("/", "/live", "/study", "/data", "/pilot", "/events", "/static/console.js")
 BODY = json.dumps({}).encode()
@@ -97,6 +97,24 @@ def served(lab):
     with subprocess.Popen(words, stdout=subprocess.PIPE, text=True, cwd=lab) as process:
         yield process.stdout.readline().split()[-1]
         process.terminate()
+
+
+def test_a_websocket_request_prints_nothing_on_the_operators_terminal(lab):
+    words = [sys.executable, "-P", "-m", "slipscale", "lab", "--no-browser", "--port", "0"]
+    with subprocess.Popen(
+        words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, cwd=lab
+    ) as process:
+        host = process.stdout.readline().split()[-1].removeprefix("http://").partition("/")[0]
+        line = http.client.HTTPConnection(host, timeout=PATIENCE_S)
+        upgrade = {"Connection": "Upgrade", "Upgrade": "websocket", "Sec-WebSocket-Version": "13"}
+        line.request(
+            "GET", "/", headers=upgrade | {"Sec-WebSocket-Key": "AAAAAAAAAAAAAAAAAAAAAA=="}
+        )
+        assert line.getresponse().status < 500
+        line.close()
+        process.terminate()
+        (heading,) = process.communicate()[1].splitlines()
+        assert heading.startswith("defaults: ")
 
 
 def _ask_as(user, address, told):

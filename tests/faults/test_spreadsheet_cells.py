@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from slipscale.analysis.writing.spreadsheet_cells import harmless_cell
+from slipscale.faults.spreadsheet_cells import harmless_cell
 
 FORMULAS = "=+-@＝＋－＠"
 

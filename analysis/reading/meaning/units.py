@@ -1,6 +1,8 @@
-"""Convert between units that differ only in their prefix, such as µPa and mPa."""
+"""Convert between units that differ only in their prefix, and write units in names of columns."""
 
 from __future__ import annotations
+
+import re
 
 from slipscale.faults import UserError
 
@@ -47,3 +49,13 @@ def _readings(unit: str) -> list[tuple[str, int]]:
         for base in BASES
         if prefix + base == unit
     ]
+
+
+def column_name(name: str, unit: str) -> str:
+    """Return a quantity's column name in output files.
+
+    >>> column_name("sound pressure", "µPa")
+    'sound_pressure_uPa'
+    """
+    text = f"{name}_{unit}".replace("µ", "u").replace("μ", "u").replace("/", "_per_")
+    return re.sub(r"\W+", "_", text).strip("_")

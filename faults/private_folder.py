@@ -1,4 +1,4 @@
-"""A private folder for a running console's files, which other users cannot access."""
+"""A private folder for files of running programs, which other users cannot access."""
 
 from __future__ import annotations
 

@@ -17,7 +17,8 @@ from pydantic import (
     model_validator,
 )
 
-from slipscale.analysis.reading.units import factor
+from slipscale.analysis.reading.meaning.layout_rules import rule_of
+from slipscale.analysis.reading.meaning.units import column_name, factor
 from slipscale.experiments.study.analysis_choices import AnalysisChoices
 from slipscale.faults import UserError
 from slipscale.faults.frozen_table import FrozenTable
@@ -28,11 +29,6 @@ from slipscale.stimuli.quantity import UNNAMED, Quantity
 NAME = "analysis.toml"
 #: Two consecutive letters, by which codes that are words are recognised.
 WORD = re.compile(r"[^\W\d_]{2}")
-#: Message for a trial number in a table with several responses per row.
-TRIAL_OF_SEVERAL = (
-    "a trial number requires one response per row; expected no column for the trial in a wide "
-    "table or a table of counts"
-)
 
 
 def _printable(text: str) -> str:
@@ -47,15 +43,18 @@ ColumnName = Annotated[str, StringConstraints(strip_whitespace=True, min_length=
 class Columns(FrozenTable):
     """Names of the table's columns."""
 
-    participant: ColumnName
+    participant: ColumnName | None = None
     stimulus: ColumnName | None = None
     response: ColumnName | None = None
     answer: ColumnName | None = None
     yes_count: ColumnName | None = None
+    no_count: ColumnName | None = None
+    percent: ColumnName | None = None
     n: ColumnName | None = None
     reference: ColumnName | None = None
     first: ColumnName | None = None
     second: ColumnName | None = None
+    chosen: ColumnName | None = None
     dissimilarity: ColumnName | None = None
     group: ColumnName | None = None
     factor: ColumnName | None = None
@@ -64,9 +63,10 @@ class Columns(FrozenTable):
     block: ColumnName | None = None
     trial: ColumnName | None = None
 
-
-#: Columns of a table with the names that Slipscale uses, which need no mapping.
-OWN = Columns.model_construct(participant="")
+    @property
+    def named(self) -> dict[str, str]:
+        """The names that are given, keyed by field."""
+        return {name: str(column) for name, column in self if column}
 
 
 #: One value or several alternatives.
@@ -128,19 +128,79 @@ class Cells(FrozenTable):
     only: dict[str, Alternatives] = Field(default_factory=dict)
 
 
+class RowsOf(FrozenTable):
+    """Rows of stimuli and rows of answers, which follow each other.
+
+    Parameters
+    ----------
+    column : str
+        Column that contains the kind of row.
+    stimulus, answer : str
+        Its value in rows with a stimulus, and in rows with an answer.
+    """
+
+    column: ColumnName
+    stimulus: str
+    answer: str
+
+
+def _pattern(text: str) -> str:
+    try:
+        groups = re.compile(text).groups
+    except re.error as error:
+        raise ValueError(f"expected a regular expression ({error})") from None
+    if text and groups != 1:
+        raise ValueError(
+            "expected a pattern with one group in parentheses, such as '(s[0-9]+)_'; write file "
+            "names before the option"
+        )
+    return text
+
+
+class Shape(FrozenTable):
+    """Arrangement of the answers in rows, columns and files.
+
+    Parameters
+    ----------
+    header : bool
+        Whether the first line contains the names of the columns. Without names, the columns are
+        called 1, 2, 3 and so on.
+    participant_from_name : str, optional
+        Regular expression whose group is the participant in each file's name. If it is empty, the
+        participant is the part that differs between the names.
+    people_in_columns : bool
+        Whether the first column contains the levels, and each other column one participant.
+    matrix : {"wins", "similarities", "dissimilarities"}, optional
+        Content of a square table. In a table of wins, the row's item won against the column's.
+    quadruple, triad : tuple of str, optional
+        Columns of the stimuli in difference scaling.
+    rows_of : RowsOf, optional
+        Rows of stimuli and of answers.
+    """
+
+    header: bool = True
+    participant_from_name: Annotated[str, AfterValidator(_pattern)] | None = None
+    people_in_columns: bool = False
+    matrix: Literal["wins", "similarities", "dissimilarities"] | None = None
+    quadruple: tuple[ColumnName, ColumnName, ColumnName, ColumnName] | None = None
+    triad: tuple[ColumnName, ColumnName, ColumnName] | None = None
+    rows_of: RowsOf | None = None
+
+    @property
+    def compared(self) -> tuple[str, ...]:
+        """The columns of stimuli in difference scaling."""
+        return self.quadruple or self.triad or ()
+
+
 class TableMapping(FrozenTable):
     """Meaning of the columns of a table.
 
     Parameters
     ----------
     columns : Columns
-        Names of the columns with the participant, the stimulus, and the magnitude estimate
-        (``response``) or yes/no answer (``answer``). A table of yes/no answers may also have a
-        column for the previous stimulus (``reference``, default: 0). A table of counts contains the
-        number of yes answers (``yes_count``) and the total number of answers (``n``). Ratings of
-        pairs have two items (``first``, ``second``) and their ``dissimilarity``. A ``factor`` is a
-        condition that varies within participants. By default, the columns have the names used by
-        Slipscale.
+        Names of the columns. The layouts that need them are listed in
+        `slipscale.analysis.reading.foreign.layouts.table`. Without names and a shape, the columns
+        have the names used by Slipscale.
     stimulus : StimulusWords
         Name and unit of the quantity; by default, the column name without a unit. ``in_unit`` is
         the unit in the report, if it has a different prefix (mPa instead of µPa).
@@ -148,6 +208,8 @@ class TableMapping(FrozenTable):
         Code for yes, and number of alternatives in a forced-choice task.
     levels : dict
         Stimulus level for each response column of a wide table (one row per participant).
+    shape : Shape
+        Arrangement of the answers, if they are not in one row per answer.
     table : Cells
         Decimal mark and sheet, which are needed only if they cannot be detected. ``only`` selects
         the rows with given values (column -> value or list of alternative values).
@@ -155,128 +217,60 @@ class TableMapping(FrozenTable):
         Analysis choices, as in a study file.
     """
 
-    columns: Columns = OWN
+    columns: Columns = Columns()
     stimulus: StimulusWords = StimulusWords()
     answers: AnswerWords = AnswerWords()
-    levels: dict[ColumnName, Annotated[float, Field(ge=0, le=1e100)]] = Field(default_factory=dict)
+    levels: dict[ColumnName, Annotated[float, Field(ge=-1e100, le=1e100)]] = Field(
+        default_factory=dict
+    )
+    shape: Shape = Shape()
     table: Cells = Cells()
     analysis: AnalysisChoices = AnalysisChoices()
 
     @model_validator(mode="after")
-    def _one_task(self) -> TableMapping:
+    def _one_layout(self) -> TableMapping:
         try:
             _ = self.stimulus.factor
         except UserError as error:
             raise ValueError(str(error)) from None
-        kinds = (
-            (self.of_own, self._own),
-            (self.of_pairs, self._pairs),
-            (bool(self.levels), self._wide),
-            (True, self._narrow),
-        )
-        rules = next(rules for applies, rules in kinds if applies)
-        for wrong, expected in rules():
-            if wrong:
-                raise ValueError(expected)
-        names = self.columns.model_dump().values()
-        used = [name for name in names if name] + list(self.levels)
+        if self.of_own:
+            if (self.stimulus, self.answers) != (StimulusWords(), AnswerWords()):
+                raise ValueError(
+                    "expected the columns to which these options belong, such as --stimulus with "
+                    "--response or --answer"
+                )
+            return self
+        if len(set(self.levels.values())) < len(self.levels):
+            raise ValueError("--levels: expected a different level for each column")
+        if fault := rule_of(self.given).fault(self.given):
+            raise ValueError(fault)
+        used = [*self.columns.named.values(), *self.levels, *self.shape.compared]
         if duplicates := sorted({name for name in used if used.count(name) > 1}):
             raise ValueError(f"column {duplicates[0]} is used twice; expected different columns")
         return self
 
-    def _own(self) -> tuple[tuple[bool, str], ...]:
-        """Check a table with Slipscale's columns; return (violated, message) for each rule."""
-        others = (self.stimulus, self.answers, self.levels)
-        return (
-            (
-                others != (StimulusWords(), AnswerWords(), {}),
-                "expected columns, at least for the participant, with stimulus, answers or levels",
-            ),
-        )
-
-    def _pairs(self) -> tuple[tuple[bool, str], ...]:
-        """Check a table of rated pairs; return (violated, message) for each rule."""
-        pair = {"first", "second", "dissimilarity"}
-        others = {"participant", "session", "run", "trial", "group"}
-        columns = self.columns.model_dump(exclude_none=True)
-        return (
-            (
-                not pair <= set(columns),
-                "expected columns for the first item, the second item and the dissimilarity",
-            ),
-            (
-                bool(set(columns) - pair - others or self.levels),
-                (
-                    "in a table of rated pairs, the only other columns can be "
-                    "participant, session, run, trial and group, and levels are not possible"
-                ),
-            ),
-        )
-
-    def _wide(self) -> tuple[tuple[bool, str], ...]:
-        """Check a wide table; return (violated, message) for each rule."""
-        columns = self.columns
-        return (
-            (
-                bool(columns.response or self.of_answers or columns.stimulus or columns.reference),
-                "expected either levels (a wide table) or columns for stimulus and response",
-            ),
-            (
-                len(set(self.levels.values())) < len(self.levels),
-                "expected a different level for each column",
-            ),
-            (bool(columns.trial), TRIAL_OF_SEVERAL),
-        )
-
-    def _narrow(self) -> tuple[tuple[bool, str], ...]:
-        """Check a table with one response per row; return (violated, message) for each rule."""
-        columns, answers = self.columns, self.answers
-        return (
-            (
-                columns.stimulus is None or (columns.response is None) != self.of_answers,
-                (
-                    "expected columns for the stimulus and for the response or answer (yes and "
-                    "no, or yes_count and n), or levels for a wide table"
-                ),
-            ),
-            (
-                bool(columns.yes_count) != bool(columns.n)
-                or bool(columns.yes_count and columns.answer),
-                (
-                    "expected both yes_count and n (numbers of yes answers and of all answers), "
-                    "without a column of answers"
-                ),
-            ),
-            (
-                bool(columns.response) and answers != AnswerWords(),
-                "codes and 'alternatives' can be set only if there is a column of yes/no answers",
-            ),
-            (
-                bool(columns.yes_count and (answers.yes or answers.no or answers.missing)),
-                "codes for answers require a column of answers, because counts have no codes",
-            ),
-            (bool(columns.yes_count and columns.trial), TRIAL_OF_SEVERAL),
-            (
-                bool(columns.reference and columns.response),
-                "a reference requires a column of answers (yes and no)",
-            ),
-        )
+    @property
+    def given(self) -> list[str]:
+        """The options that describe the layout; see `analysis.reading.meaning.layout_rules`."""
+        own = {"header", "participant_from_name"}
+        return [
+            *self.columns.named,
+            *(name for name in self.shape.model_fields_set - own if getattr(self.shape, name)),
+            *(["levels"] if self.levels else []),
+            *(name for name, value in self.answers if value is not None),
+        ]
 
     @property
     def of_own(self) -> bool:
         """Whether the table has Slipscale's columns, so that only its format is described."""
-        return not self.columns.participant
-
-    @property
-    def of_pairs(self) -> bool:
-        """Whether the table contains ratings of pairs."""
-        columns = self.columns
-        return bool(columns.first or columns.second or columns.dissimilarity)
+        return not (self.columns.named or self.levels or self.shape != Shape())
 
     @property
     def of_answers(self) -> bool:
         """Whether the table contains answers instead of magnitude estimates."""
-        return bool(self.columns.answer or self.columns.yes_count)
+        columns = self.columns
+        counted = columns.yes_count or columns.no_count or columns.percent or columns.n
+        return bool(columns.answer or counted or self.answers.alternatives)
 
     @property
     def quantity(self) -> Quantity:
@@ -291,16 +285,6 @@ class TableMapping(FrozenTable):
             judged=judged,
             yes=self.answers.word,
         )
-
-
-def column_name(name: str, unit: str) -> str:
-    """Return a quantity's column name in output files.
-
-    >>> column_name("sound pressure", "µPa")
-    'sound_pressure_uPa'
-    """
-    text = f"{name}_{unit}".replace("µ", "u").replace("μ", "u").replace("/", "_per_")
-    return re.sub(r"\W+", "_", text).strip("_")
 
 
 def _words(column: str) -> str:
@@ -349,6 +333,9 @@ def write_mapping(mapping: TableMapping, path: Path) -> Path:
         )
     except OSError as error:
         raise UserError(
-            "{file}: cannot be written ({reason})", file=file, reason=error.strerror
+            "{file}: cannot be written ({reason}); expected a folder that you may write to; or "
+            "omit --map",
+            file=file,
+            reason=error.strerror,
         ) from error
     return file

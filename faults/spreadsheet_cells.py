@@ -2,7 +2,7 @@
 
 Text that a participant typed, or a label in a file from another program, can begin with ``=``.
 Excel and LibreOffice evaluate such text, and a formula can send data elsewhere or start programs
-(CWE-1236). Journals and the tables in the data set are not changed.
+(CWE-1236). Every table is written with `harmless_cell`; journals contain the text itself.
 """
 
 from __future__ import annotations

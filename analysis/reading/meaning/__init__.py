@@ -1,0 +1,1 @@
+"""State what the columns of a table mean: mapping, rules of layouts, and keywords."""

@@ -1,0 +1,310 @@
+"""Simulate studies with known truths, and check all that a report says of them.
+
+    OMP_NUM_THREADS=1 .venv/bin/python -m benchmarks.truths [--only PROTOCOL] [--write]
+
+Each of the 18 protocols is simulated with 3, 6 and 12 people. Without an effect, everybody feels
+all levels alike, so each significant p value and each sentence with "differed" is a false alarm.
+With an effect, sensations lie at the floor, in the middle or at the ceiling, and each printed
+interval should contain what the same analysis finds in one study of many people. This truth has no
+bias of small samples, and contains the bias that is left in large ones, which
+`benchmarks.recovery` measures. Finished cells are cached in build/truths.
+"""
+
+from __future__ import annotations
+
+import argparse
+import datetime as dt
+import json
+import math
+import re
+import tempfile
+import warnings
+from collections import defaultdict
+from collections.abc import Iterator, Mapping
+from dataclasses import asdict, dataclass, field
+from itertools import product
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from benchmarks.measured_page import put
+from slipscale.analysis.pipeline import analyse
+from slipscale.analysis.planning.distribution.numbers import (
+    BOUNDS,
+    OF_AN_INTERVAL,
+    Label,
+    ResultName,
+    findings,
+)
+from slipscale.analysis.reporting.sections.summary import answers
+from slipscale.analysis.tasks.kind import Analysis
+from slipscale.experiments.participants.simulated_people.population import Population
+from slipscale.experiments.running.bare_dataset import write_simulated
+from slipscale.experiments.running.pilot import pilot_plans
+from slipscale.faults import UserError
+
+ROOT = Path(__file__).resolve().parents[1]
+KEPT = ROOT / "build" / "truths"
+SIZES = (3, 6, 12)
+MANY = 100  # people of the study whose results are taken as the truth
+SEED = 7
+LEVELS = (0.0, 0.5, 1.2, 2.3)
+#: Sensations of people who feel all levels alike, or who use the lower end, the middle or the upper
+#: end of their scale; and the noise (in sensation) with which they discriminate.
+PLACES: Mapping[str, tuple[tuple[float, ...], float]] = {
+    "none": ((50.0, 50.0, 50.0, 50.0), 2.2),
+    "floor": ((1.0, 2.0, 4.0, 7.0), 20.0),
+    "middle": ((20.0, 35.0, 55.0, 75.0), 5.0),
+    "ceiling": ((70.0, 85.0, 93.0, 97.0), 1.0),
+}
+STUDY = """name = "simulated"
+title = "Simulated"
+language = "en"
+seed = 1
+participants = 6
+amplitudes_um_pp = [{levels}]
+[plate]
+tolerance = 0.01
+tolerance_um_pp = 0.015
+[[tasks]]
+protocol = "{protocol}"
+"""
+#: Keys of each protocol beside its defaults.
+KEYS: Mapping[str, str] = {
+    "category_scale": 'labels = ["none", "weak", "moderate", "strong", "very strong"]',
+    "constant_stimuli": "standard_um_pp = 0.5\ncomparisons_um_pp = [0.6, 0.8, 1.2, 1.7, 2.3]",
+    "descending_difference": "",
+    "detection_threshold": "",
+    "difference_threshold": "start_um_pp = 0.6\nlowest_um_pp = 0.05",
+    "identification": "",
+    "limits": "",
+    "magnitude_estimation": "",
+    "magnitude_production": "standard_um_pp = 0.8\nmodulus = 10.0\n"
+    "numbers = [7.0, 10.0, 14.0, 20.0]",
+    "matching": "nearest_start_um_pp = 0.1\nfurthest_start_um_pp = 0.3\nhighest_um_pp = 2.5",
+    "oddity": "lowest_um_pp = 0.07",
+    "paired_comparison": "",
+    "pointing": "",
+    "ratio_to_standard": "standard_um_pp = 1.2",
+    "same_different": "",
+    "similarity": "",
+    "sorting": "",
+    "visual_analogue_scale": "",
+}
+#: Levels of protocols that cannot begin at 0.
+ABOVE_ZERO = ("matching", "magnitude_production", "ratio_to_standard")
+DIFFERED = re.compile(r"\b(differed|differ|was larger|rose|was biased|had an effect)\b")
+#: Keys of the estimate beside an interval that is called only "interval".
+ESTIMATES = ("mean", "value", "exponent", "ratio", "level", "d_prime", "half_yes")
+#: Tests of something that is true although levels do not matter: a mean against 0, equivalence.
+TRUE_ANYWAY = re.compile(
+    r"throughput|movement_time|error_share|intercept|(as|des)cending_level|equivalence"
+)
+DENIED = re.compile(r"\b(not|no|cannot|at most)\b")
+
+
+class Cell(NamedTuple):
+    """Simulated studies of one protocol, place and number of people."""
+
+    protocol: str
+    place: str
+    people: int
+
+    @property
+    def population(self) -> Population:
+        """The simulated people; without an effect, their individual exponents are 0, too."""
+        sensation, noise = PLACES[self.place]
+        spread = tuple(0.25 * min(each, 100 - each) for each in sensation)
+        shared = 0.85 if self.place == "none" else 0.55
+        return Population(
+            name="truths",
+            levels=LEVELS,
+            mean_sensation=sensation,
+            sd_sensation=spread,
+            shared=shared,
+            noise=noise,
+        )
+
+    def study(self) -> str:
+        """Return the study file."""
+        levels = LEVELS[1:] if self.protocol in ABOVE_ZERO else LEVELS
+        text = STUDY.format(levels=", ".join(map(str, levels)), protocol=self.protocol)
+        return f"{text}{KEYS[self.protocol]}\n"
+
+
+def simulated(cell: Cell, people: int, seed: int) -> Analysis | None:
+    """Simulate and analyse one study; return None if the analysis refuses it."""
+    with tempfile.TemporaryDirectory(prefix="slipscale-") as name:
+        file = Path(name) / "study.toml"
+        file.write_text(cell.study(), encoding="utf-8")
+        plans = pilot_plans(
+            str(file),
+            participants=people,
+            seed=seed,
+            language=None,
+            population=cell.population,
+        )
+        folder = Path(name) / "data"
+        write_simulated(folder, plans, cell.population, sessions=False)
+        try:
+            return analyse(folder)
+        except UserError:
+            return None
+
+
+def family(name: ResultName) -> str:
+    """Return a result's name without levels and tasks."""
+    words = (each for each in name if not isinstance(each, Label))
+    return ".".join(each for each in words if not re.search(r"\d", each))
+
+
+def intervals(numbers: Mapping[ResultName, float]) -> Iterator[tuple[ResultName, float, float]]:
+    """Yield each interval's estimate, by name, with the interval's bounds."""
+    for whole in dict.fromkeys(name[:-1] for name in numbers if name[-1] in BOUNDS):
+        last = str(whole[-1])
+        own = re.sub(r"_(ci|interval)$", "", last)
+        if own == last and last not in OF_AN_INTERVAL:
+            continue
+        names = ESTIMATES if own == last else (own,)
+        found = [ResultName((*whole[:-1], each)) for each in names]
+        low, high = (ResultName((*whole, bound)) for bound in BOUNDS)
+        for estimate in [each for each in found if each in numbers][:1]:
+            yield estimate, numbers.get(low, -math.inf), numbers.get(high, math.inf)
+
+
+class Counts(NamedTuple):
+    """How often something holds, and in how many results it was looked for."""
+
+    holds: int
+    of: int
+
+    @property
+    def share(self) -> float:
+        """The share of results in which it holds."""
+        return self.holds / self.of
+
+    def outside(self, low: float, high: float) -> bool:
+        """Return whether the share is outside limits by more than chance (2.6 standard errors)."""
+        error = 2.6 * math.sqrt(max(self.share * (1 - self.share), 0.02) / self.of)
+        return self.share + error < low or self.share - error > high
+
+
+@dataclass
+class Measured:
+    """What is counted in the simulated studies of a cell."""
+
+    studies: int = 0
+    refused: int = 0
+    differed: int = 0
+    significant: dict[str, Counts] = field(default_factory=dict)
+    covered: dict[str, Counts] = field(default_factory=dict)
+    bias_sd: dict[str, float] = field(default_factory=dict)
+
+
+def measured(cell: Cell, studies: int) -> Measured:
+    """Simulate a cell's studies and count."""
+    truth = {}
+    if cell.place != "none" and (large := simulated(cell, MANY, SEED)):
+        truth = dict(findings(large).numbers)
+    out = Measured(studies=studies)
+    holds: dict[str, list[bool]] = defaultdict(list)
+    covers: dict[str, list[bool]] = defaultdict(list)
+    errors: dict[ResultName, list[float]] = defaultdict(list)
+    for number in range(1, studies + 1):
+        analysis = simulated(cell, cell.people, SEED + number)
+        if analysis is None:
+            out.refused += 1
+            continue
+        found = findings(analysis)
+        said = [text for text in answers(analysis) if DIFFERED.search(text)]
+        out.differed += any(not DENIED.search(text) for text in said)
+        for name, concluded in found.conclusions.items():
+            if "p" in str(name[-1]).split("_"):
+                holds[family(name)].append(concluded)
+        for name, low, high in intervals(found.numbers):
+            if name in truth:
+                covers[family(name)].append(low <= truth[name] <= high)
+                errors[name].append(found.numbers[name] - truth[name])
+    out.significant = {name: Counts(sum(each), len(each)) for name, each in holds.items()}
+    out.covered = {name: Counts(sum(each), len(each)) for name, each in covers.items()}
+    out.bias_sd = {
+        family(name): float(np.mean(each) / np.std(each))
+        for name, each in errors.items()
+        if len(each) > studies / 2 and np.std(each) > 0
+    }
+    return out
+
+
+def kept(cell: Cell, studies: int) -> Measured | None:
+    """Return a cell's counts from the cache, or None."""
+    path = KEPT / f"{'_'.join(map(str, cell))}_{studies}.json"
+    if not path.exists():
+        return None
+    data = json.loads(path.read_text(encoding="utf-8"))
+    for key in ("significant", "covered"):
+        data[key] = {name: Counts(*counts) for name, counts in data[key].items()}
+    return Measured(**data)
+
+
+def rows(cells: Mapping[Cell, Measured]) -> Iterator[str]:
+    """Yield the table: a row for each protocol and place, with one entry per number of people."""
+    yield f"| protocol | sensations | {' | '.join(f'{n} people' for n in SIZES)} |"
+    yield "| --- | --- |" + " --- |" * len(SIZES)
+    for protocol in KEYS:
+        for place in PLACES:
+            found = [cells.get(Cell(protocol, place, n)) for n in SIZES]
+            if any(found):
+                texts = [in_words(place, each) if each else "not measured" for each in found]
+                yield f"| {protocol} | {place} | {' | '.join(texts)} |"
+
+
+def in_words(place: str, found: Measured) -> str:
+    """Say how often a cell's studies erred, and name what is outside the limits."""
+    answered = found.studies - found.refused
+    if not answered:
+        return "refused"
+    if place == "none":
+        parts = [f"“differed” {found.differed / answered:.3f}"]
+        tests = {k: v for k, v in found.significant.items() if not TRUE_ANYWAY.search(k)}
+        wrong = {k: v for k, v in tests.items() if v.outside(0.0, 0.08)}
+        parts += [f"{len(tests)} tests"] if tests else []
+    else:
+        wrong = {k: v for k, v in found.covered.items() if v.outside(0.92, 1.0)}
+        shares = [v.share for v in found.covered.values()]
+        parts = (
+            [f"{len(shares)} intervals, lowest {min(shares):.3f}"] if shares else ["no interval"]
+        )
+    parts += [f"**{name} {v.share:.3f}** ({v.of})" for name, v in wrong.items()]
+    parts += [f"{found.refused} refused"] if found.refused else []
+    return "; ".join(parts)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--studies", type=int, default=200)
+    parser.add_argument("--only", default="", help="only protocols whose name begins so")
+    parser.add_argument("--people", type=int, choices=SIZES, help="only this number of people")
+    parser.add_argument("--write", action="store_true", help="put the table into the page")
+    asked = parser.parse_args()
+    warnings.filterwarnings("ignore")  # of fits that the analysis checks itself
+    cells: dict[Cell, Measured] = {}
+    for cell in (Cell(*each) for each in product(KEYS, PLACES, SIZES)):
+        wanted = cell.protocol.startswith(asked.only) and asked.people in (None, cell.people)
+        found = kept(cell, asked.studies)
+        if found is None and wanted and not asked.write:
+            found = measured(cell, asked.studies)
+            KEPT.mkdir(parents=True, exist_ok=True)
+            path = KEPT / f"{'_'.join(map(str, cell))}_{asked.studies}.json"
+            path.write_text(json.dumps(asdict(found)), encoding="utf-8")
+            print(*cell, in_words(cell.place, found), flush=True)
+        if found is not None:
+            cells[cell] = found
+    if asked.write:
+        day = f"{dt.datetime.now(dt.UTC):%Y-%m-%d}"
+        head = f"{asked.studies} simulated studies per cell (seed {SEED}, {day}); "
+        put("truths", [f"{head}the truth is a study of {MANY} people.", "", *rows(cells)])
+
+
+if __name__ == "__main__":
+    main()

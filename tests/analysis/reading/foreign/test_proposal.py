@@ -1,0 +1,104 @@
+"""Without options, a command describes the columns and proposes the options."""
+
+import shlex
+from pathlib import Path
+
+import pandas as pd
+import pytest
+
+from slipscale import commands
+from slipscale.analysis.reading.foreign.presets import PRESETS, preset_of
+from slipscale.analysis.reading.foreign.proposal import proposal_for, propose
+
+pytestmark = pytest.mark.usefixtures("without_models")
+
+TRIALS = pd.DataFrame(
+    {
+        "who": list("aabb") * 6,
+        "size": [1, 2, 4, 8] * 6,
+        "felt": ["no", "yes", "yes", "yes", "no", "no"] * 4,
+        "rt": [0.1 * place for place in range(24)],
+    }
+)
+
+
+DATA = [Path("data.csv")]
+
+
+@pytest.mark.parametrize(
+    "frame, expected",
+    [
+        (TRIALS, "--participant who --stimulus size --answer felt"),
+        (
+            pd.DataFrame({"subj": ["a", "b"] * 3, "x": [1, 1, 2, 2, 3, 3], "k": 4, "n": 9}),
+            "--participant subj --stimulus x --yes-count k --n n",
+        ),
+        (
+            pd.DataFrame({"1": [1, 2, 3], "2": [2, 4, 9], "3": 10}),
+            "--no-header --stimulus 1 --yes-count 2 --n 3",
+        ),
+        (
+            pd.DataFrame({"resp": [0, 1], "S1": 1, "S2": 2, "S3": 3}),
+            "--triad S1,S2,S3 --answer resp",
+        ),
+        (pd.DataFrame({"": ["p", "q"], "p": [0, 3], "q": [5, 0]}), "--matrix wins"),
+        (pd.DataFrame({"": ["p", "q"], "p": [1, 0.3], "q": [0.3, 1]}), "--matrix similarities"),
+        (
+            pd.DataFrame(
+                {"psychopyVersion": 1, "level": [1, 2, 3], "trials.thisN": [0, 1, 2], "k.corr": 1}
+            ),
+            "--stimulus level --answer k.corr",
+        ),
+        (
+            pd.DataFrame(
+                {
+                    "subject_nr": 3,
+                    "count_trial": 1,
+                    "experiment_file": "x",
+                    "level": [1, 2, 3],
+                    "correct": [1, 0, 1],
+                }
+            ),
+            "--participant subject_nr --stimulus level --answer correct",
+        ),
+    ],
+)
+def test_what_a_table_reveals_is_proposed(frame, expected):
+    assert propose(frame, DATA, DATA).command == f"slipscale analyse data.csv {expected} --map"
+
+
+def test_what_a_table_does_not_reveal_is_asked_for_with_the_candidates():
+    found = propose(TRIALS.assign(other=[1, 2, 3] * 8), DATA, DATA)
+    assert found.questions == (
+        "Which column contains the levels (--stimulus)? size (1, 2, 4, 8), other (1, 2, 3).",
+    )
+    found = propose(TRIALS[["size"]], DATA, DATA * 2)
+    assert "--participant-from-name" in found.command
+    assert found.questions[0].startswith("Which column contains the answers")
+
+
+def test_every_preset_can_be_reached():
+    """A preset after one with fewer marks would never apply."""
+    for preset in PRESETS[3:-1]:
+        names = [mark.strip("(").partition("|")[0].replace(".*", "x") for mark in preset.marks]
+        assert preset_of(names) is preset
+
+
+def test_the_proposed_command_works(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    TRIALS.to_csv("data.csv", index=False)
+    assert commands.main(["analyse", "data.csv"]) == 2
+    said, refusal = capsys.readouterr()
+    assert "size: 1 to 8, 4 values (1, 2, 4, 8)" in said
+    assert "felt: text, 2 values (" in said
+    command = refusal.partition("for example: ")[2]
+    assert commands.main([*shlex.split(command)[1:], "--out", "results"]) == 0
+    assert commands.main(["analyse", "data.csv", "--out", "results"]) == 0
+
+
+def test_a_folder_of_tables_is_described_by_its_first_one(tmp_path):
+    for who in "ab":
+        TRIALS.drop(columns="who").to_csv(tmp_path / f"{who}.csv", index=False)
+    found = proposal_for([tmp_path])
+    assert str(found).startswith("a.csv, the first of 2 tables: 24 rows\n  size: 1 to 8")
+    assert "--participant-from-name --stimulus size --answer felt" in str(found.refusal)
