@@ -22,9 +22,9 @@ import numpy as np
 import pandas as pd
 from pydantic import ValidationError
 
+from slipscale.analysis.reading.own_results import refuse_copy
 from slipscale.analysis.reading.table_lines import Lines, complain, split
 from slipscale.analysis.reading.trial_tables import FREE_TEXT
-from slipscale.analysis.writing.own_results import refuse_copy
 from slipscale.experiments.dataset.schema import MISSING as NO_VALUE
 from slipscale.experiments.dataset.schema import SIDECAR
 from slipscale.experiments.journal.serialisation import QUANTITY
