@@ -41,12 +41,12 @@ from slipscale.analysis.reading.labelled_tasks import (
 )
 from slipscale.analysis.reading.meaning.keywords import mapping_of
 from slipscale.analysis.reading.meaning.mapping import NAME, TableMapping, beside
+from slipscale.analysis.reading.own_results import refuse_results
 from slipscale.analysis.reading.suspicions import notes_on_answers
 from slipscale.analysis.reading.table_by_hand import read_table
 from slipscale.analysis.reading.trial_tables import BLOCK, ESTIMATION, IDENTITY, factor_columns
 from slipscale.analysis.tasks.outside.guard import installed_kinds
 from slipscale.analysis.tasks.table import TRIALS
-from slipscale.analysis.writing.own_results import refuse_results
 from slipscale.experiments.dataset.journals import journals
 from slipscale.experiments.dataset.schema import PARTICIPANT, TABLE_NAME
 from slipscale.experiments.dataset.verification import verify

@@ -22,6 +22,7 @@ import numpy as np
 import pandas as pd
 from pydantic import ValidationError
 
+from slipscale.analysis.reading.own_results import refuse_copy
 from slipscale.analysis.reading.table_lines import Lines, complain, split
 from slipscale.analysis.reading.trial_tables import FREE_TEXT
 from slipscale.experiments.dataset.schema import MISSING as NO_VALUE
@@ -301,6 +302,7 @@ def check_names(names: Sequence[str], path: Path, required: Sequence[str]) -> No
             duplicates=", ".join(duplicates),
         )
     if missing := [name for name in required if name not in names]:
+        refuse_copy(names, path)
         near = [
             f"{guess[0]} for {name}"
             for name in missing

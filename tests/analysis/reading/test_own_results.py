@@ -46,7 +46,10 @@ def test_a_copy_of_every_table_has_the_same_result_or_is_refused(pilot, tmp_path
         copy = shutil.copy(path, tmp_path)
         try:
             again = analyse(copy)
-        except (OutsideTasks, UserError):
+        except OutsideTasks:
+            continue
+        except UserError as refused:
+            assert f"has the columns of {path.name}" in str(refused)  # noqa: PT017 - some are read
             continue
         read.append(path.name)
         assert again.rule == analysis.rule
