@@ -7,13 +7,14 @@ from contextlib import contextmanager
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from slipscale.experiments.session.operator import SessionStatus, State
+from slipscale.experiments.session.operator import Operator, SessionStatus, State
 from slipscale.experiments.steps.steps import Ask, EndBlock, EndTrial, Present, Step
 
 if TYPE_CHECKING:
-    from slipscale.experiments.session.parts import Setup
+    from slipscale.experiments.session.sound.masking_noise import Noise
     from slipscale.experiments.session.surface_state import SurfaceState
     from slipscale.experiments.steps.trial import Trial
+    from slipscale.hardware.clock import Clock
     from slipscale.hardware.errors import PlateFault
 
 
@@ -22,37 +23,30 @@ class Progress:
 
     Parameters
     ----------
-    setup : Setup
-        The session's operator, clock and masking noise; whether the operator sees the amplitude;
-        and problems found before the session began.
-    surface : SurfaceState
-        The session's surface, whose state is shown in the status.
-    planned : int
-        Expected number of trials in the whole session.
-    voided : int
-        Number of trials voided before the session was resumed; all of them are repeated.
+    operator : Operator
+    clock : Clock
+    noise, surface
+        The session's masking noise and surface, whose states are shown in the status.
+    status : SessionStatus
+        The status when the session begins or is resumed: planned and voided trials, warnings, and
+        whether the operator sees the amplitude. All voided trials are repeated.
     """
 
     def __init__(
         self,
-        setup: Setup,
+        operator: Operator,
+        clock: Clock,
         *,
+        noise: Noise,
         surface: SurfaceState,
-        planned: int,
-        voided: int = 0,
+        status: SessionStatus,
     ) -> None:
-        self._operator = setup.operator
-        self._clock = setup.clock
-        self._noise = setup.noise
+        self._operator = operator
+        self._clock = clock
+        self._noise = noise
         self._surface = surface
-        self._status = SessionStatus(
-            state="showing",
-            planned=planned + voided,
-            voided=voided,
-            unblinded=setup.unblind,
-            warnings=setup.warnings,
-        )
-        self._begun_s = setup.clock.now()
+        self._status = status
+        self._begun_s = clock.now()
         self._away_s = 0.0  # duration of faults and pauses
         self._done_before = 0
         self._trial: Trial | None = None  # the last trial whose surface was presented

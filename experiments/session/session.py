@@ -21,6 +21,7 @@ from slipscale.experiments.session.followed_textures import Following
 from slipscale.experiments.session.interruptions import Interruptions
 from slipscale.experiments.session.markers import Event
 from slipscale.experiments.session.measured_contact import Contact
+from slipscale.experiments.session.operator import SessionStatus
 from slipscale.experiments.session.operator_answers import OperatorAnswers
 from slipscale.experiments.session.parts import Parts, Setup
 from slipscale.experiments.session.passive_exploration import moved, stage_of
@@ -110,7 +111,19 @@ class Session:
             record.kind == "void" and record.data.get("repeated", True)
             for record in journal.records
         )
-        self._progress = Progress(setup, surface=self._surface, planned=planned, voided=voided)
+        self._progress = Progress(
+            setup.operator,
+            clock,
+            noise=self._noise,
+            surface=self._surface,
+            status=SessionStatus(
+                state="showing",
+                planned=planned + voided,
+                voided=voided,
+                unblinded=setup.unblind,
+                warnings=setup.warnings,
+            ),
+        )
         journal.tell = self._progress.warn
         operator_answers = OperatorAnswers(self._progress, clock)
         parts = Parts(

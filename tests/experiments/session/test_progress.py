@@ -4,7 +4,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from slipscale.experiments.session.parts import Setup
+from slipscale.experiments.session.operator import SessionStatus
 from slipscale.experiments.session.progress import Progress
 from slipscale.experiments.steps.steps import EndTrial
 from slipscale.experiments.steps.trial import Trial
@@ -14,15 +14,11 @@ from slipscale.hardware.clock import VirtualClock
 def test_the_time_left_is_that_of_the_trials_left_at_the_pace_so_far_without_pauses():
     clock, told = VirtualClock(), []
     progress = Progress(
-        Setup(
-            plate=None,
-            participant=None,
-            journal=None,
-            clock=clock,
-            operator=SimpleNamespace(tell=told.append),
-        ),
+        SimpleNamespace(tell=told.append),
+        clock,
+        noise=SimpleNamespace(state="absent"),
         surface=SimpleNamespace(state="off", temperature_c=None),
-        planned=12,
+        status=SessionStatus(state="showing", planned=12),
     )
 
     def trial(number):

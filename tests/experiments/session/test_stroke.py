@@ -193,7 +193,7 @@ def test_a_resumed_session_expects_only_trials_that_are_repeated(
 
     class Told(Progress):
         def __init__(self, *args, **settings):
-            expected.append(settings["voided"])
+            expected.append(settings["status"].voided)
             super().__init__(*args, **settings)
 
     monkeypatch.setattr("slipscale.experiments.session.session.Progress", Told)
