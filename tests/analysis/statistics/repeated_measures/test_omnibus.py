@@ -367,9 +367,14 @@ def test_friedmans_error_rate_is_as_stated(people, spread):
 
 def test_one_geometric_mean_is_singular():
     quantity = PLATE_AMPLITUDE
-    one = pd.DataFrame({"geometric_mean": [12.0], "level": [1.2]})
+    one = pd.DataFrame({"geometric_mean": [12.0], "level": [1.2], "geometric_n": 6, "n": 6})
     assert apa.geometric_means(one, quantity) == (
         "The geometric mean of slipperiness was 12.00 at 1.2 µm."
     )
-    two = pd.DataFrame({"geometric_mean": [12.0, 20.0], "level": [1.2, 2.3]})
-    assert apa.geometric_means(two, quantity).startswith("Geometric means of slipperiness were")
+    two = pd.DataFrame(
+        {"geometric_mean": [12.0, 20.0], "level": [1.2, 2.3], "geometric_n": [5, 6], "n": 6}
+    )
+    assert apa.geometric_means(two, quantity) == (
+        "Geometric means of slipperiness were 12.00 at 1.2 µm (n = 5 of 6, without estimates of "
+        "zero) and 20.00 at 2.3 µm."
+    )

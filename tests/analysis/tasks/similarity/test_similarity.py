@@ -134,7 +134,9 @@ def test_a_table_of_another_laboratory_is_mapped_and_reported(tmp_path, page):
     text = page(analysis)
     assert ", 7 items, " in text
     assert "non-metric multidimensional scaling (Kruskal, 1964)" in text
-    with pytest.raises(UserError, match="expected columns for the first item, the second item"):
+    with pytest.raises(
+        UserError, match="needs --first and --second, with --dissimilarity or --chosen"
+    ):
         parse_mapping({"columns": {"participant": "who", "first": "left"}}, "here")
 
 
