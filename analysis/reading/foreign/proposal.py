@@ -213,9 +213,10 @@ def propose(frame: pd.DataFrame, paths: Sequence[Path], tables: Sequence[Path]) 
 def _square(frame: pd.DataFrame) -> str:
     """Return the content of a square table of items, or "" for other tables."""
     first, *items = frame.columns
-    if not items or sorted(frame[first].astype(str)) != sorted(items):
+    labels = frame[first].fillna("").astype(str)
+    if not items or sorted(labels) != sorted(items):
         return ""
-    cells = frame.set_index(frame[first].astype(str))[items].loc[items]
+    cells = frame.set_index(labels)[items].loc[items]
     values = cells.apply(lambda column: as_numbers(column)[1]).to_numpy(float)
     if not np.array_equal(values, values.T, equal_nan=True):
         return "wins"

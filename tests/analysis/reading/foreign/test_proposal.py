@@ -49,6 +49,10 @@ DATA = [Path("data.csv")]
             ),
             "--stimulus level --answer k.corr",
         ),
+        (  # PsychoPy's rows of other routines have no level.
+            pd.DataFrame({"size": ["1", None, "2", "4"], "felt": ["1", None, "0", "1"]}),
+            "--stimulus size --answer felt",
+        ),
         (
             pd.DataFrame(
                 {
