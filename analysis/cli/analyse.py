@@ -57,7 +57,7 @@ def add_data(parser: ArgumentParser) -> None:
 
     from slipscale.experiments.study.analysis_choices import Axis, Normalisation
 
-    rules = get_args(Normalisation)
+    rules, axes = get_args(Normalisation), get_args(Axis)
     parser.add_argument(
         "dataset",
         metavar="DATASET",
@@ -92,7 +92,9 @@ def add_data(parser: ArgumentParser) -> None:
     )
     parser.add_argument(
         "--axis",
-        choices=get_args(Axis),
+        # The beginning of a name is enough: "log".
+        type=lambda word: next((each for each in axes if word and each.startswith(word)), word),
+        choices=axes,
         help="axis of all threshold curves (default: as in the study file, otherwise logarithmic "
         "for forced choice and linear for yes-no answers and comparisons)",
     )

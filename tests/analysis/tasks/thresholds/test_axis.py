@@ -9,6 +9,7 @@ from scipy import optimize, special
 from slipscale.analysis.tasks.difference.step_size_curve import psychometric
 from slipscale.analysis.tasks.difference.yes_no import own_thresholds
 from slipscale.analysis.tasks.thresholds.statistics import COMPARED, curve_of
+from slipscale.commands import load_command
 from slipscale.experiments.protocol_parts.adaptive.curves import CURVES
 from slipscale.experiments.study.analysis_choices import AnalysisChoices
 
@@ -88,3 +89,9 @@ def test_every_method_has_a_curve_on_the_chosen_axis(method, curve):
         assert CURVES[found].logarithmic == (axis == "logarithmic")
         assert found == curve or not curve
     assert curve_of(method, AnalysisChoices()) == ("normal" if method == COMPARED else "weibull")
+
+
+@pytest.mark.parametrize("word", ["log", "logarithmic"])
+def test_the_beginning_of_an_axis_is_enough_on_the_command_line(word):
+    parser, _ = load_command("analyse")
+    assert parser.parse_args(["table.csv", "--axis", word]).axis == "logarithmic"
