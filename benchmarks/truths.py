@@ -99,7 +99,7 @@ DIFFERED = re.compile(r"\b(differed|differ|was larger|rose|was biased|had an eff
 ESTIMATES = ("mean", "value", "exponent", "ratio", "level", "d_prime", "half_yes")
 #: Tests of something that is true although levels do not matter: a mean against 0, equivalence.
 TRUE_ANYWAY = re.compile(
-    r"throughput|movement_time|error_share|intercept|(as|des)cending_level|equivalence"
+    r"throughput|movement_time|error_share|intercept|(as|des)cending_level|threshold_level|equivalence"
 )
 DENIED = re.compile(r"\b(not|no|cannot|at most)\b")
 
