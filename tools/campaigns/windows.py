@@ -214,11 +214,6 @@ def typing(poll: Callable[[Keyboard], list[Any]]) -> Callable[[Keyboard], list[A
     return typed
 
 
-def _hashes(journal: Path) -> list[str]:
-    records = read_whole(journal).records if journal.exists() else []
-    return [record.hash for record in records]
-
-
 def _is_over(journal: Path) -> bool:
     return is_complete(read_whole(journal).records)
 
