@@ -82,7 +82,7 @@ KEYS: Mapping[str, str] = {
     "magnitude_estimation": "",
     "magnitude_production": "standard_um_pp = 0.8\nmodulus = 10.0\n"
     "numbers = [7.0, 10.0, 14.0, 20.0]",
-    "matching": "nearest_start_um_pp = 0.1\nfurthest_start_um_pp = 0.3\nhighest_um_pp = 2.5",
+    "matching": "nearest_start_um_pp = 0.1\nfurthest_start_um_pp = 0.2\nhighest_um_pp = 2.5",
     "oddity": "lowest_um_pp = 0.07",
     "paired_comparison": "",
     "pointing": "",
@@ -99,7 +99,8 @@ DIFFERED = re.compile(r"\b(differed|differ|was larger|rose|was biased|had an eff
 ESTIMATES = ("mean", "value", "exponent", "ratio", "level", "d_prime", "half_yes")
 #: Tests of something that is true although levels do not matter: a mean against 0, equivalence.
 TRUE_ANYWAY = re.compile(
-    r"throughput|movement_time|error_share|intercept|(as|des)cending_level|threshold_level|equivalence"
+    r"throughput|movement_time|error_share|intercept|(as|des)cending_level|threshold_level"
+    r"|equivalence|productions.slope"
 )
 DENIED = re.compile(r"\b(not|no|cannot|at most)\b")
 
@@ -272,9 +273,10 @@ def in_words(place: str, found: Measured) -> str:
     else:
         wrong = {k: v for k, v in found.covered.items() if v.outside(0.92, 1.0)}
         shares = [v.share for v in found.covered.values()]
-        parts = (
-            [f"{len(shares)} intervals, lowest {min(shares):.3f}"] if shares else ["no interval"]
-        )
+        parts = ["no interval"]
+        if shares:
+            parts = [f"{len(shares)} intervals, lowest {min(shares):.3f}"]
+            parts += [f"bias up to {max(map(abs, found.bias_sd.values()), default=0):.2f} SD"]
     parts += [f"**{name} {v.share:.3f}** ({v.of})" for name, v in wrong.items()]
     parts += [f"{found.refused} refused"] if found.refused else []
     return "; ".join(parts)
