@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 from slipscale.analysis.cli.mapping_arguments import add_mapping, mapping_from
 from slipscale.analysis.cli.progress_line import add_steps, telling
 from slipscale.experiments.lab.defaults import dataset_default, here, say
-from slipscale.faults import ANSWER_IS_NO, DONE, harmless
+from slipscale.faults import ANSWER_IS_NO, DONE, UserError, harmless
 
 if TYPE_CHECKING:
     from slipscale.analysis.preregistration.bundle import Bundle
@@ -119,15 +119,21 @@ def analysed(args: Namespace, progress: Callable[[str], None]) -> Analysis:
     from slipscale.analysis.preprocessing.sessions import only_session
     from slipscale.analysis.reading.foreign.proposal import proposal_for
     from slipscale.analysis.reading.meaning import mapping as mappings
+    from slipscale.analysis.reading.own_results import OwnResults
 
     progress("reading the data")
     paths = paths_of(args)
     LOG.info("reading %s", ", ".join(map(str, paths)))
     mapping = mapping_from(args)
-    if mapping is None and (found := proposal_for(paths)) is not None:
-        print(harmless(str(found)))
-        raise found.refusal
-    data = load(paths, mapping, task=args.task)
+    try:
+        data = load(paths, mapping, task=args.task)
+    except OwnResults:
+        raise
+    except UserError:
+        if mapping is None and (found := proposal_for(paths)) is not None:
+            print(harmless(str(found)))
+            raise found.refusal from None
+        raise
     if args.in_session:
         data = only_session(data, args.in_session)
     if args.map and mapping is not None:

@@ -38,12 +38,16 @@ COLUMNS: dict[str, frozenset[str]] = {
 }
 
 
+class OwnResults(UserError):
+    """Exception raised for tables that an analysis wrote."""
+
+
 def refuse_copy(names: Sequence[str], path: Path) -> None:
-    """Raise `UserError` if columns are those of a table that an analysis wrote."""
+    """Raise `OwnResults` if columns are those of a table that an analysis wrote."""
     found = {*names, *(f"{name.partition('_')[0]}_*" for name in names)}
     for table, columns in COLUMNS.items():
         if columns <= found:
-            raise UserError(
+            raise OwnResults(
                 "{path}: has the columns of {table}, which contains results of slipscale analyse; "
                 "expected the data set from which they were computed, or a copy of its "
                 "estimates.csv",
@@ -53,7 +57,7 @@ def refuse_copy(names: Sequence[str], path: Path) -> None:
 
 
 def refuse_results(path: Path) -> None:
-    """Raise `UserError` if the path is a results folder, or a table that an analysis wrote there.
+    """Raise `OwnResults` if the path is a results folder, or a table that an analysis wrote there.
 
     Tables of the user may be in the same folder.
     """
@@ -68,7 +72,7 @@ def refuse_results(path: Path) -> None:
     places = (where := folder.resolve(), *where.parents[:2])
     near = [each for each in places if (each / sources[0]).exists()]
     place = near[0] if near else Path()
-    raise UserError(
+    raise OwnResults(
         "{path}: contains results of slipscale analyse; expected the data from which they were "
         "computed: slipscale analyse {source}",
         path=path,

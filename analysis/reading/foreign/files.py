@@ -19,6 +19,7 @@ from slipscale.analysis.reading.cells import listed
 from slipscale.analysis.reading.delimited import STANDARD_INPUT, Problems, Source, header_of
 from slipscale.analysis.reading.foreign.columns import NUMBERS, OURS
 from slipscale.analysis.reading.foreign.names import people_in_names
+from slipscale.analysis.reading.own_results import RESULTS
 from slipscale.analysis.reading.programs.records import as_text
 from slipscale.analysis.reading.table_by_hand import read_table
 from slipscale.experiments.dataset.schema import PARTICIPANT
@@ -36,8 +37,8 @@ BIDS_LABEL = re.compile(r"(?<![^_])(sub|ses|task|run)-([^_]+)")
 IN_NAMES = {"participant": "sub", "session": "ses", "run": "run"}
 #: Endings of tables in a folder. Of several, the most frequent one is read, then the first.
 TABLES = (".csv", ".tsv", ".xlsx", ".sav", ".zsav", ".mat", ".json", ".txt", ".dat")
-#: Folders of a data set that contain no tables to read, and the file that marks results.
-NO_TABLES, RESULTS = {"derivatives", "sourcedata", "code"}, "results.json"
+#: Folders of a data set that contain no tables to read.
+NO_TABLES = {"derivatives", "sourcedata", "code"}
 #: Proportion of the usual number of rows below which a file is reported as unfinished.
 UNFINISHED = 0.9
 

@@ -4,6 +4,7 @@ import shutil
 
 import pytest
 
+from slipscale import commands
 from slipscale.analysis.load import load
 from slipscale.analysis.pipeline import OutsideTasks, analyse
 from slipscale.analysis.reporting.files import write_analysis
@@ -56,6 +57,17 @@ def test_a_copy_of_every_table_has_the_same_result_or_is_refused(pilot, tmp_path
         assert again.table3.equals(analysis.table3)
         assert again.inference.results["friedman"] == analysis.inference.results["friedman"]
     assert read == (["estimates.csv"] if len(analysis.estimates) else [])
+
+
+def test_the_command_refuses_every_table_and_its_copy_as_python_does(pilot, tmp_path, capsys):
+    _, _, results = pilot
+    tables = sorted(results.glob("*.csv"))
+    copies = [shutil.copy(path, tmp_path) for path in tables if path.name != "estimates.csv"]
+    for table in (*tables, *copies):
+        with pytest.raises(UserError) as refused:
+            load(table)
+        assert commands.main(["analyse", str(table)]) == 2
+        assert str(refused.value) in capsys.readouterr().err
 
 
 def test_a_table_s_results_are_refused_with_the_table_even_in_the_same_folder(table_by_hand):
