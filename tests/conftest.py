@@ -264,9 +264,11 @@ def plate_in_volts(tmp_path):
     """Write the signed file of a plate in V peak; ``plate_in_volts("mock")`` returns its path."""
     from slipscale.hardware.plate_file import sign
 
-    def make(backend, tolerance_v_peak=2.5):
+    def make(backend, tolerance_v_peak=2.5, band_hz=()):
         path = tmp_path / "screen.toml"
         text = PLATE_IN_VOLTS.format(backend=backend, tolerance_v_peak=tolerance_v_peak)
+        for name, bound_hz in zip(("min", "max"), band_hz, strict=False):
+            text += f"frequency_{name}_hz = {bound_hz}\n"
         path.write_text(text, encoding="utf-8")
         sign(path, beyond_by="A. Name", today=date(2026, 1, 1))
         return path

@@ -2,7 +2,6 @@
 
 import math
 from dataclasses import replace
-from datetime import date
 from types import SimpleNamespace
 
 import pytest
@@ -17,26 +16,10 @@ from slipscale.hardware.backends.daq_output import open_plate
 from slipscale.hardware.clock import VirtualClock
 from slipscale.hardware.conformance.contract import RULES, Rig, examine_backend
 from slipscale.hardware.errors import ConnectionLost, NotReached, OverLimit, StillVibrating
-from slipscale.hardware.plate_file import sign
 from slipscale.hardware.records import Output
 from slipscale.stimuli.surface import VirtualSurface
 
 PLAN = RunPlan(study_name="a", study_text="", participant="01", seed=1, language="en", mode="pilot")
-PLATE = """
-[identity]
-name = "screen"
-[wiring]
-backend = "daq"
-[quantity]
-name = "voltage"
-unit = "V"
-convention = "peak"
-[limits]
-voltage_v_peak = 130.0
-tolerance_v_peak = 1.0
-frequency_min_hz = 20.0
-frequency_max_hz = 1000.0
-"""
 
 
 @pytest.fixture(autouse=True)
@@ -45,10 +28,8 @@ def _device():
 
 
 @pytest.fixture
-def screen(tmp_path):
-    file = tmp_path / "screen.toml"
-    file.write_text(PLATE, "utf-8")
-    sign(file, beyond_by="A. Name", today=date(2026, 1, 1))
+def screen(plate_in_volts):
+    file = plate_in_volts("daq", 1.0, (20.0, 1000.0))
 
     def made(more=",readback=emulated/ai0", per_volt=20):
         address = f"emulated/ao0,plate={file},frequency=125,per_volt={per_volt}{more}"

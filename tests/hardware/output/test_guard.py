@@ -6,7 +6,6 @@ import signal
 import subprocess
 import sys
 import time
-from datetime import date
 from pathlib import Path
 
 import pytest
@@ -17,7 +16,6 @@ from slipscale.hardware.emulator.generator_server import GeneratorServer
 from slipscale.hardware.emulator.generators import MAKES
 from slipscale.hardware.errors import ConnectionLost, Frozen
 from slipscale.hardware.output import guard_process
-from slipscale.hardware.plate_file import sign
 from slipscale.hardware.records import Output
 from slipscale.hardware.registry import open_plate
 from slipscale.stimuli.surface import VirtualSurface
@@ -194,28 +192,10 @@ def test_the_library_of_a_guard_is_light():
     assert {"numpy", "pydantic", "pyvisa", "scipy"} & set(loaded) == set()
 
 
-PLATE = """
-[identity]
-name = "screen"
-[wiring]
-backend = "daq"
-[quantity]
-name = "voltage"
-unit = "V"
-convention = "peak"
-[limits]
-voltage_v_peak = 130.0
-tolerance_v_peak = 1.0
-frequency_min_hz = 20.0
-frequency_max_hz = 1000.0
-"""
-
-
 @pytest.fixture
-def daq(tmp_path):
-    (tmp_path / "screen.toml").write_text(PLATE, "utf-8")
-    sign(tmp_path / "screen.toml", beyond_by="A. Name", today=date(2026, 1, 1))
-    return f"daq:Dev1/ao0,plate={tmp_path}/screen.toml,frequency=125,per_volt=20"
+def daq(plate_in_volts):
+    plate = plate_in_volts("daq", 1.0, (20.0, 1000.0))
+    return f"daq:Dev1/ao0,plate={plate},frequency=125,per_volt=20"
 
 
 @pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGSTOP])
