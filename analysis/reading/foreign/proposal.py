@@ -20,7 +20,7 @@ import pandas as pd
 from slipscale.analysis.reading.cells import cell, listed
 from slipscale.analysis.reading.cleaning import as_numbers
 from slipscale.analysis.reading.delimited import Problems
-from slipscale.analysis.reading.foreign.files import BIDS_TABLE, in_folder
+from slipscale.analysis.reading.foreign.files import in_folder
 from slipscale.analysis.reading.foreign.presets import columns_of, preset_of
 from slipscale.analysis.reading.meaning.mapping import beside
 from slipscale.analysis.reading.table_by_hand import read_table
@@ -126,16 +126,13 @@ def proposal_for(paths: Sequence[Path]) -> Proposal | None:
     """Describe the first of several tables; return None if the data need no options."""
     tables = [path for path in paths if path.is_file()]
     for path in paths:
-        if path.is_dir() and not any(visible(path, "sub-*/**/*.tsv")):
-            tables += in_folder(path, Problems()) if _has_tables(path) else []
+        of_bids = path.is_dir() and any(visible(path, "sub-*/**/*.tsv"))
+        if path.is_dir() and not of_bids and any(visible(path, "**/*.*")):
+            tables += in_folder(path, Problems())
     if not tables or beside(paths[0]) is not None:
         return None
     frame = _cells(tables[0])
     return None if set(OWN) <= set(frame.columns) else propose(frame, paths, tables)
-
-
-def _has_tables(folder: Path) -> bool:
-    return not BIDS_TABLE.search(folder.name) and any(visible(folder, "**/*.*"))
 
 
 def _cells(path: Path) -> pd.DataFrame:
