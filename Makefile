@@ -38,7 +38,7 @@ test:
 	$(PYTHON) tools/setup.py test || exit; \
 	[ -d .pytest_cache ] || $(BIN)/python -m pytest --collect-only -qq >/dev/null 2>&1; \
 	wait $$packages || exit; \
-	$(BIN)/python -m pytest -n $(WORKERS) --dist worksteal --durations 30 --durations-min 1 $(ARGS)
+	$(BIN)/python -m tests.support.parts -n $(WORKERS) --durations 30 --durations-min 1 $(ARGS)
 
 lint: set-test
 	$(BIN)/ruff check .
