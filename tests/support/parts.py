@@ -15,7 +15,7 @@ import tempfile
 import time
 from collections import Counter
 from pathlib import Path
-from xml.etree import ElementTree
+from xml.etree import ElementTree as ET
 
 from tests.support.workers import memory_bytes, workers
 
@@ -34,7 +34,7 @@ def counts(report: Path) -> Counter[str]:
     """Return the numbers of tests by result in pytest's JUnit file; an absent file is an error."""
     if not report.is_file():
         return Counter(error=1)
-    suite = next(ElementTree.parse(report).iter("testsuite"))
+    suite = next(ET.parse(report).iter("testsuite"))  # noqa: S314 -- written by pytest just now
     number = {key: int(suite.get(key, 0)) for key in ("tests", "failures", "errors", "skipped")}
     passed = number["tests"] - number["failures"] - number["errors"] - number["skipped"]
     return Counter(
