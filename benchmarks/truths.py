@@ -59,19 +59,21 @@ ROOT = Path(__file__).resolve().parents[1]
 KEPT = ROOT / "build" / "truths"
 SIZES = (3, 6, 12)
 SEED = 7
+STUDIES = 200  # per cell, if the people suffice
+PEOPLE = 1200  # simulated for each protocol and place
+#: People simulated for protocols whose analysis takes more than 0.2 s per study.
+SLOW: Mapping[str, int] = {
+    "magnitude_estimation": 480,
+    "constant_stimuli": 480,
+    "detection_threshold": 240,
+    "difference_threshold": 240,
+    "oddity": 240,
+}
 #: People simulated at once (a multiple of each size); the first of them are the large study.
 CHUNK, SLOW_CHUNK = 480, 192
-STUDIES = 200
-#: Studies per cell of protocols whose analysis takes more than 0.2 s per study.
-SLOW: Mapping[str, int] = {
-    "magnitude_estimation": 100,
-    "constant_stimuli": 40,
-    "detection_threshold": 20,
-    "difference_threshold": 20,
-    "oddity": 20,
-}
-#: The fit of single participants' curves is not counted, and its simulation is slow.
-FIT = "slipscale.analysis.tasks.thresholds.statistics.goodness_of_fit"
+#: The most likely curve of a single participant yields only its goodness of fit, which is slow to
+#: simulate and is not counted.
+FIT = "slipscale.analysis.tasks.thresholds.statistics.fit_threshold"
 LEVELS = (0.0, 0.5, 1.2, 2.3)
 #: Sensations of people who feel all levels alike, or who use the lower end, the middle or the upper
 #: end of their scale; and the noise (in sensation) with which they discriminate.
@@ -158,9 +160,9 @@ class Cell(NamedTuple):
         return f"{text}{KEYS[self.protocol]}\n"
 
     @property
-    def studies(self) -> int:
-        """The number of studies to simulate."""
-        return SLOW.get(self.protocol, STUDIES)
+    def simulated(self) -> int:
+        """The number of people who are simulated for studies of all sizes."""
+        return SLOW.get(self.protocol, PEOPLE)
 
 
 def simulated(cell: Cell, people: int, seed: int) -> Dataset:
@@ -182,7 +184,7 @@ def simulated(cell: Cell, people: int, seed: int) -> Dataset:
 
 def people_of(cell: Cell) -> list[Dataset]:
     """Simulate the people of a protocol and place."""
-    people = cell.studies * max(SIZES)
+    people = cell.simulated
     chunk = SLOW_CHUNK if cell.protocol in SLOW else CHUNK
     return [
         simulated(cell, min(chunk, people - first), SEED + first)
@@ -198,7 +200,7 @@ def studies_of(cell: Cell, data: Sequence[Dataset]) -> list[Dataset]:
         for names in [sorted(chunk.people)]
         for start in range(0, len(names), cell.people)
     ]
-    return parts[: cell.studies]
+    return parts[:STUDIES]
 
 
 def of_people(data: Dataset, who: Sequence[str]) -> Dataset:
@@ -401,8 +403,11 @@ def main() -> None:
         every = (Cell(*each) for each in product(KEYS, PLACES, SIZES))
         cells = {cell: found for cell in every if (found := kept(cell))}
         day = f"{dt.datetime.now(dt.UTC):%Y-%m-%d}"
-        slow = ", ".join(f"{name} {studies}" for name, studies in SLOW.items())
-        head = f"{STUDIES} simulated studies per cell, except {slow} (seed {SEED}, {day})."
+        slow = ", ".join(f"{people} for {name}" for name, people in SLOW.items())
+        head = (
+            f"{PEOPLE} people were simulated per row, {slow} (seed {SEED}, {day}); they form up "
+            f"to {STUDIES} studies per cell."
+        )
         put("truths", [head, "", *rows(cells)])
 
 
