@@ -1,6 +1,6 @@
 """Simulate studies with known truths, and check all that a report says of them.
 
-    OMP_NUM_THREADS=1 .venv/bin/python -m benchmarks.truths [--only PROTOCOL] [--jobs 2] [--people 1200]
+    OMP_NUM_THREADS=1 .venv/bin/python -m benchmarks.truths [--only PROTOCOL] [--jobs 2]
     .venv/bin/python -m benchmarks.truths --write
 
 Each of the 18 protocols is simulated with 3, 6 and 12 people. Without an effect, everybody feels

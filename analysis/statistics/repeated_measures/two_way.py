@@ -80,8 +80,9 @@ def two_way(
     -------
     first, second, interaction : Effect
     """
-    if len(whole) < FEWEST:
-        return NotComputed(few(f"participants with {cells}", len(whole)))
+    complete = len(whole) if len(whole.columns) else 0
+    if complete < FEWEST:
+        return NotComputed(few(f"participants with {cells}", complete))
     residuals = whole.to_numpy(float) - whole.to_numpy(float).mean(axis=0)
     if np.abs(residuals - residuals.mean(axis=1, keepdims=True)).max() <= TINY:
         return NotComputed(
