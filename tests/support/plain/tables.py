@@ -133,11 +133,14 @@ def several_tasks(tables, kind):
 
 
 def factor(tables, kind):
-    """Every second trial belongs to the other hand; a participant sorts with one hand."""
-    for number, table in enumerate(tables):
-        for place, row in enumerate(table.rows):
-            side = number if "item" in row else unit(table.rows, place)
-            row["hand"] = ("left", "right")[side % 2]
+    """All trials are done with the left hand, and then again with the right hand."""
+    for table in tables:
+        left = [row | {"hand": "left"} for row in table.rows]
+        later = len(left)
+        right = [
+            row | {"hand": "right", "trial": str(int(row["trial"]) + later)} for row in table.rows
+        ]
+        table.rows = left + right
     return tables
 
 
