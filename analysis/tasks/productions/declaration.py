@@ -190,8 +190,7 @@ class _Productions(OneStatistic[TaskProductions]):
             texts.append(
                 f"{found.at_bounds} of {found.answers} productions ended within one notch of the "
                 "adjustment limits. If participants wanted to adjust beyond the limits, the slope "
-                "is too small and the exponent too large, and if many productions ended there, "
-                "the intervals of both are too narrow."
+                "is too small and the exponent too large."
             )
         if piled := [each for each in found.numbers if each.piled]:
             numbers = joined([f"{each.number:g}" for each in piled])
@@ -208,6 +207,18 @@ class _Productions(OneStatistic[TaskProductions]):
                 f"{quantity.value(found.standard_level)})."
             )
         return texts
+
+    def task_doubts(
+        self, task: TaskProductions, _confidence: float, quantity: Quantity
+    ) -> list[str]:
+        if task.at_bounds <= MOST_AT_BOUNDS * task.answers:
+            return []
+        text = (
+            f"{self.task_name(task, quantity)}: {task.at_bounds} of {task.answers} productions "
+            "ended at the adjustment limits, which makes the exponent too large and its interval "
+            "too narrow."
+        )
+        return [text]
 
     def task_blocks(
         self, task: TaskProductions, svgs: Svgs, level: float, quantity: Quantity

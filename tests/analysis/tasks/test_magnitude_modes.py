@@ -199,6 +199,10 @@ def test_productions_at_the_bounds_are_counted():
     assert [each.interval is None for each in found.numbers] == [True, False, False]
     texts = PRODUCTIONS.task_remarks(found, 0.95, PLATE_AMPLITUDE)
     assert any("For the number 5, more than 5 % of productions ended" in text for text in texts)
+    assert PRODUCTIONS.task_doubts(found, 0.95, PLATE_AMPLITUDE) == []
+    many = frame.assign(bound="highest")
+    (doubt,) = PRODUCTIONS.task_doubts(productions(many)[0], 0.95, PLATE_AMPLITUDE)
+    assert f"{len(frame)} of {len(frame)} productions ended at the adjustment limits" in doubt
 
 
 def test_few_productions_at_the_bounds_leave_the_interval():
