@@ -9,6 +9,7 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
+from slipscale import __version__
 from slipscale.experiments.journal.reading import (
     Damage,
     Reading,
@@ -60,6 +61,16 @@ def read_plan(path: Path) -> tuple[RunPlan, list[Record]]:
             "journal {path} is empty; start the run again with slipscale run", path=path
         )
     _, damage = checked(records)
+    if damage and damage[0].line == 1:
+        written = records[0].data.get("software")
+        raise UserError(
+            "journal {path}: not a header of this version of Slipscale, {ours} ({reason}); "
+            "continue with version {theirs}, which wrote it",
+            path=path,
+            reason=damage[0].reason,
+            theirs=written.get("slipscale", "?") if isinstance(written, dict) else "?",
+            ours=__version__,
+        )
     if damage:
         raise damaged(path, damage[0])
     return plan_from(records[0]), records

@@ -6,9 +6,11 @@ import pytest
 
 from slipscale.experiments.dataset.bids import build_dataset
 from slipscale.experiments.journal.journal import Journal
+from slipscale.experiments.journal.plan_and_progress import read_plan
 from slipscale.experiments.journal.reading import read_whole
-from slipscale.experiments.journal.record import Record, decode, encode
+from slipscale.experiments.journal.record import Record, decode, encode, sealed
 from slipscale.experiments.journal.record_shapes import checked
+from slipscale.faults import UserError
 from slipscale.hardware.clock import VirtualClock
 
 
@@ -44,6 +46,15 @@ def test_a_wrong_shape_is_named_by_its_entry(records, kind, data, reason):
     wrong = Record(number=1, time_s=0.0, kind=kind, data=data)
     _, damage = checked([records[0], wrong])
     assert reason in damage[0].reason
+
+
+def test_a_header_of_an_earlier_version_names_that_version(folder, tmp_path, records):
+    data = {name: each for name, each in records[0].data.items() if name != "trial_levels"}
+    data["software"] = {"slipscale": "0.0.7"}
+    path = tmp_path / "sub-01_run-01_journal.jsonl"
+    path.write_bytes(sealed(replace(records[0], hash="", data=data), "")[1])
+    with pytest.raises(UserError, match=r"trial_levels: is missing.* version 0\.0\.7, which"):
+        read_plan(path)
 
 
 @pytest.mark.parametrize("time_s", [1e308, -1e308, float("nan")])
