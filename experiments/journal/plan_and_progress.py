@@ -61,15 +61,16 @@ def read_plan(path: Path) -> tuple[RunPlan, list[Record]]:
             "journal {path} is empty; start the run again with slipscale run", path=path
         )
     _, damage = checked(records)
-    if damage and damage[0].line == 1:
-        written = records[0].data.get("software")
+    theirs = records[0].data.get("software")
+    if damage and isinstance(theirs, dict) and theirs.get("slipscale") != __version__:
         raise UserError(
-            "journal {path}: not a header of this version of Slipscale, {ours} ({reason}); "
-            "continue with version {theirs}, which wrote it",
+            "journal {path}, line {line}: not a record of this version of Slipscale, {ours} "
+            "({reason}); continue with version {theirs}, which began the run",
             path=path,
-            reason=damage[0].reason,
-            theirs=written.get("slipscale", "?") if isinstance(written, dict) else "?",
+            line=damage[0].line,
             ours=__version__,
+            reason=damage[0].reason,
+            theirs=theirs.get("slipscale"),
         )
     if damage:
         raise damaged(path, damage[0])

@@ -48,12 +48,13 @@ def test_a_wrong_shape_is_named_by_its_entry(records, kind, data, reason):
     assert reason in damage[0].reason
 
 
-def test_a_header_of_an_earlier_version_names_that_version(folder, tmp_path, records):
-    data = {name: each for name, each in records[0].data.items() if name != "trial_levels"}
-    data["software"] = {"slipscale": "0.0.7"}
+def test_a_record_of_another_version_names_that_version(tmp_path, records):
+    header = replace(records[0], hash="", data={**records[0].data, "software": {"slipscale": "9"}})
+    written, first = sealed(header, "")
+    newer = Record(number=1, time_s=0.0, kind="begin", data={"step": 0, "what": {"type": "Jump"}})
     path = tmp_path / "sub-01_run-01_journal.jsonl"
-    path.write_bytes(sealed(replace(records[0], hash="", data=data), "")[1])
-    with pytest.raises(UserError, match=r"trial_levels: is missing.* version 0\.0\.7, which"):
+    path.write_bytes(first + sealed(newer, written.hash)[1])
+    with pytest.raises(UserError, match=r"line 2: not a record of this .* version 9, which began"):
         read_plan(path)
 
 
