@@ -235,7 +235,7 @@ class SoundCard(PlateDriver):
             Message(
                 "sound device '{device}' belongs to the sound server: if the computer's default "
                 "output changes, the plate's signal moves to the new output, and no fault is "
-                "reported. Name the card instead, such as hw:1,0 (python -m sounddevice)",
+                "reported. Give the card's own number instead (python -m sounddevice lists them)",
                 device=identity.model,
             ),
         )
