@@ -37,7 +37,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Self
 from slipscale.faults import UserError
 from slipscale.faults.message import Message
 from slipscale.hardware.address import DEFAULT_PLATE, Plate
-from slipscale.hardware.calibration.device_check import check_device
+from slipscale.hardware.calibration.device_check import check_device, check_same_device
 from slipscale.hardware.errors import ConnectionLost, Late, NotReached, OverLimit, PlateRefused
 from slipscale.hardware.output.state import GuardedOutput
 from slipscale.hardware.records import Output, PlateIdentity, Presentation, Readback
@@ -128,14 +128,17 @@ class PlateDriver(GuardedOutput):
         Raises
         ------
         WrongDevice
-            If the calibration is for another device, plate or backend.
+            If the calibration is for another device, plate or backend, or if an earlier connection
+            was to another device.
         UserError
             If the calibration is too old or dated in the future.
         """
         self._opened, self.output = False, Output.UNREACHABLE
         try:
             self._start_guard()
-            self.identity = self._connect()
+            identity = self._connect()
+            check_same_device(self.identity, identity)
+            self.identity = identity
             self._opened, self.output = True, Output.OFF
             self.notes = (*self._unattended_notes(), *self._check_identity(self.identity))
         except BaseException:

@@ -30,6 +30,8 @@ from slipscale.hardware.errors import StillVibrating
 ENTER, ESCAPE, BACKSPACE = "\r\n", "\x1b", "\x7f\b"
 # A key: one character, or the complete escape sequence of an arrow or function key.
 KEY = re.compile(r"\x1b[\[O][0-9;]*[A-Za-z~]|.", re.DOTALL)
+# A session draws the entry and takes one key per frame, so a pasted text must not grow without end.
+LONGEST_ENTRY, READ_B = 2000, 65_536
 
 STATES: dict[State, tuple[str, str]] = {
     "showing": ("screen", "cyan"),
@@ -249,6 +251,8 @@ class TerminalOperator:
             self._prompt = None
         elif key in BACKSPACE:
             prompt.typed = prompt.typed[:-1]
+        elif len(prompt.typed) == LONGEST_ENTRY:
+            prompt.told = f"expected {LONGEST_ENTRY} characters or fewer"
         elif key.isprintable():
             prompt.typed += key
         self._draw()
@@ -344,7 +348,9 @@ class Keys:
             # Keys are not read while a surface is being presented, so presses may be queued.
             ready, _, _ = select.select([descriptor], [], [], 0)
             if ready:
-                waiting.extend(KEY.findall(decoder.decode(os.read(descriptor, 1024))))
+                waiting.extend(KEY.findall(decoder.decode(os.read(descriptor, READ_B))))
+            if len(waiting) > LONGEST_ENTRY:  # Nobody pressed these keys one by one.
+                waiting.clear()
             return waiting.popleft() if waiting else ""
 
         return read

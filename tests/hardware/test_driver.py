@@ -21,6 +21,7 @@ from slipscale.hardware.errors import (
     PlateRefused,
     PlateTimeout,
     StillVibrating,
+    WrongDevice,
 )
 from slipscale.hardware.limits import OnTime, PlateLimits
 from slipscale.hardware.records import Output, PlateIdentity, Presentation, Readback
@@ -34,6 +35,7 @@ class Recorder(PlateDriver):
     """A backend that does what it is told and writes it down."""
 
     name = "recorder"
+    serial = "1"
     frozen_s = math.inf  # Most tests do not check while time passes.
 
     def __init__(self, **options):
@@ -50,7 +52,7 @@ class Recorder(PlateDriver):
 
     def _connect(self):
         self._hear("connect")
-        return PlateIdentity(manufacturer="m", model="m", serial="1", firmware="1")
+        return PlateIdentity(manufacturer="m", model="m", serial=self.serial, firmware="1")
 
     def _drive(self, amplitude_um_pp):
         self._hear("drive")
@@ -595,3 +597,16 @@ def test_the_limit_of_the_on_time_counts_the_time_of_a_suspended_computer(plate)
     plate.clock.suspend(plate.limits.on_time_s)
     with pytest.raises(OverLimit, match="vibrated for 600 s without a new command"):
         plate.check()
+
+
+def test_another_device_at_the_same_port_is_not_taken_for_the_one_before():
+    plate = Recorder()
+    with plate:
+        plate.present(VirtualSurface(level=1.2))
+    plate.serial = "2"
+    with pytest.raises(WrongDevice, match="began with device '1', but this is '2'"):
+        plate.connect()
+    assert plate.output is not Output.MAY_BE_ON
+    plate.serial = "1"
+    with plate:
+        plate.present(VirtualSurface(level=1.2))

@@ -59,6 +59,8 @@ RATE_HZ = 192_000.0
 PASSBAND = 0.45  # highest usable frequency, as a fraction of the sampling rate
 CHANNELS = 2
 POLL_S = 0.002
+# ALSA devices whose streams a sound server plays, and moves to other outputs.
+ROUTED = ("default", "pulse", "pipewire")
 ENDS_S = 1.0  # time, in addition to `RAMP_S`, for the device to request the samples of a ramp
 
 
@@ -208,6 +210,20 @@ class SoundCard(PlateDriver):
             model=str(about["name"]),
             serial=f"{about['name']}, channel {self._channel}",
             firmware="",
+        )
+
+    def _check_identity(self, identity: PlateIdentity) -> tuple[str, ...]:
+        notes = super()._check_identity(identity)
+        if identity.model not in ROUTED:
+            return notes
+        return (
+            *notes,
+            Message(
+                "sound device '{device}' belongs to the sound server: if the computer's default "
+                "output changes, the plate's signal moves to the new output, and no fault is "
+                "reported. Give the card's own number instead (python -m sounddevice lists them)",
+                device=identity.model,
+            ),
         )
 
     def _drive(self, level: float) -> Presentation:
