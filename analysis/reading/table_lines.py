@@ -22,9 +22,7 @@ from slipscale.faults import UserError
 QUOTE, NEWLINE = b'"', b"\n"
 #: Text in quotation marks, and all characters that end no cell, keyed by separator.
 QUOTED = re.compile(rb'"[^"]*"')
-OTHERS = {
-    mark.encode(): bytes(set(range(256)) - {*mark.encode(), *NEWLINE}) for mark in SEPARATORS
-}
+OTHERS = {mark.encode(): bytes(set(range(256)) - {*mark.encode(), *NEWLINE}) for mark in SEPARATORS}
 #: Last line of a table from Gorilla, and its largest number of bytes.
 END_OF_FILE = re.compile(rb'\n"?END OF FILE"?[,;\t]*\n*\Z')
 LONGEST_END = 4096
