@@ -34,7 +34,7 @@ class Preset:
 
 _PERSON = r".*(participant|subject|subj\b|observer|prolific|worker|person|judge|rater|^who$|^id$).*"
 _ANSWER = r".*(correct|\.corr|^corr|^acc|\.acc|accuracy|answer|yes|felt|^hit).*"
-_RESPONSE = r".*(estimate|rating|magnitude|\.response|^response|judg|loudness|slider).*"
+_RESPONSE = r".*(estimate|rating|magnitude|\.response|^resp|judg|loudness|slider).*"
 _YES = r"(k|yes|right|hits|n_?yes|n_?correct|n_?right|num_?correct|successes|resp_?yes)"
 _NO = r"(no|wrong|misses|n_?no|n_?wrong|n_?incorrect|num_?wrong|failures|errors)"
 _ALL = r"(n|n_?trials|n_?total|total|size)"
