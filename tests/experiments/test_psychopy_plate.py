@@ -89,6 +89,48 @@ def test_a_psychopy_script_presents_a_surface_and_leaves_the_plate_silent(
     assert not reported.vibrates()
 
 
+BEGIN = """
+import json, sys
+from slipscale.experiments.psychopy_plate import SlipscalePlate
+
+told = []
+with SlipscalePlate(sys.argv[1]) as plate:
+    told.append(plate.settled)
+    plate.begin(1.2)
+    while not plate.settled:
+        plate.check()
+    plate.check()
+    told.append(plate.read_back())
+    plate.begin(9.0)
+    while not plate.settled:
+        pass
+    try:
+        plate.check()
+    except Exception as error:
+        told.append(type(error).__name__)
+    plate.check()
+    plate.begin(2.0)
+    print(json.dumps(told), flush=True)
+    raise RuntimeError("a script's own mistake")
+"""
+
+
+def test_a_plate_ramps_while_the_script_goes_on_and_the_block_s_end_silences_it(reported):
+    done = subprocess.run(
+        [sys.executable, "-c", BEGIN, reported.spec],
+        env=os.environ | reported.environment,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert "a script's own mistake" in done.stderr
+    settled, readback, refusal = json.loads(done.stdout.splitlines()[-1])
+    assert settled is True
+    assert readback == pytest.approx(1.2, abs=0.03)
+    assert refusal == "OverLimit"
+    assert not reported.vibrates()
+
+
 def test_a_script_that_fails_leaves_the_plate_silent(reported, tmp_path, plate_in_volts):
     done = run_script(reported, tmp_path, "error", plate_in_volts("mock", tolerance_v_peak=2.0))
     assert done.returncode == 1
