@@ -303,6 +303,13 @@ def estimated(results, analysis, rows):
             assert each["standard_deviation"] == pytest.approx(sd(values))
             far = max(abs(value - mean(values)) for value in values)
             assert each["maximum_deviation"] == pytest.approx(far)
+    for each in analysis.description.to_dict("records"):
+        values = of_level(whole, each["level"])
+        assert each["median"] == pytest.approx(np.median(values))
+        if len(values) > 1:
+            assert each["sd_sample"] == pytest.approx(sd(values))
+            n = len(values)
+            assert each["sd_population"] == pytest.approx(sd(values) * sqrt((n - 1) / n))
     positive = [pair for pair in rows if float(pair[1]["estimate"]) > 0]
     logs = own_means(positive, "amplitude_um_pp", lambda row: log(float(row["estimate"])))
     if len(positive) == len(rows):
