@@ -8,6 +8,7 @@ from math import exp, log, sqrt
 import numpy as np
 import pytest
 
+from slipscale.analysis.tasks.estimation import section
 from tests.support.plain.formulas import (
     check_anova,
     check_friedman,
@@ -329,6 +330,9 @@ def estimated(results, analysis, rows):
     people = {who for who, _ in rows}
     slopes = slopes_of(logs, [level for level in logs if float(level) > 0])
     if len(people) > 2 and len(positive) == len(rows):
+        spread = max(sd(list(own.values())) for own in logs.values())
+        printed = " ".join(map(str, section.estimates(analysis, {}).blocks))
+        assert f"(here up to {spread:.2f})" in printed
         law = results["power_law"]
         assert (law["exponent"], law["sd"]) == pytest.approx((mean(slopes), sd(slopes)))
         assert law["ci95"] == pytest.approx(ends(slopes))
