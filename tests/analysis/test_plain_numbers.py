@@ -6,6 +6,7 @@ missing cell, one participant, ties, zeros and several tasks of the same kind.
 """
 
 from collections import defaultdict
+from typing import Any
 
 import pytest
 
@@ -48,7 +49,7 @@ def test_numbers_are_those_of_plain_formulas(simulated, tmp_path, protocol, vari
     tables = variation(list(tables_of(source)), kind)
     groups = variation is several_tasks or protocol == "visual_analogue_scale"
     folder = write(tmp_path / "data", source, tables, groups, variation is factor)
-    results = json_form.form(analyse(folder).inference.results)
+    results: Any = json_form.form(analyse(folder).inference.results)
     tasks = defaultdict(list)
     for table in tables:
         for row in answered(table.rows, kind.answer):

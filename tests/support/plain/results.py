@@ -331,8 +331,8 @@ def estimated(results, analysis, rows):
     slopes = slopes_of(logs, [level for level in logs if float(level) > 0])
     if len(people) > 2 and len(positive) == len(rows):
         spread = max(sd(list(own.values())) for own in logs.values())
-        printed = " ".join(map(str, section.estimates(analysis, {}).blocks))
-        assert f"(here up to {spread:.2f})" in printed
+        page = " ".join(map(str, section.estimates(analysis, {}).blocks))
+        assert f"(here up to {spread:.2f})" in page
         law = results["power_law"]
         assert (law["exponent"], law["sd"]) == pytest.approx((mean(slopes), sd(slopes)))
         assert law["ci95"] == pytest.approx(ends(slopes))
