@@ -10,6 +10,7 @@ import pytest
 
 from slipscale.analysis.tasks.estimation import section
 from tests.support.plain.formulas import (
+    T,
     check_anova,
     check_friedman,
     check_interval,
@@ -336,6 +337,9 @@ def estimated(results, analysis, rows):
         law = results["power_law"]
         assert (law["exponent"], law["sd"]) == pytest.approx((mean(slopes), sd(slopes)))
         assert law["ci95"] == pytest.approx(ends(slopes))
+        mixed = results["mixed_model"]
+        half = T[len(people) - 2] * mixed["se"]
+        assert mixed["ci"] == pytest.approx((mixed["exponent"] - half, mixed["exponent"] + half))
         by_level = {float(level): own for level, own in logs.items()}
         for pair in results["pairwise"]:
             one, other = (by_level[pair[key]] for key in ("from_level", "to_level"))
