@@ -365,21 +365,26 @@ def in_words(place: str, found: Measured) -> str:
     answered = found.studies - found.refused
     if not answered:
         return "refused"
+    cautious: dict[str, Counts] = {}
     if place == "none":
-        parts = [f"{found.studies}: “differed” {found.differed / answered:.3f}"]
+        said = Counts(found.differed, answered)
+        text = f"“differed” {said.share:.3f}"
+        parts = [f"**{text}**" if said.outside(0.0, 0.08) else text]
         tests = {k: v for k, v in found.significant.items() if not TRUE_ANYWAY.search(k)}
         wrong = {k: v for k, v in tests.items() if v.outside(0.0, 0.08)}
         parts += [f"{len(tests)} tests"] if tests else []
     else:
         wrong = {k: v for k, v in found.covered.items() if v.outside(0.92, 1.0)}
+        cautious = {k: v for k, v in found.covered.items() if v.outside(0.0, 0.98)}
         shares = [v.share for v in found.covered.values()]
-        parts = [f"{found.studies}: no interval"]
+        parts = ["no interval"]
         if shares:
-            parts = [f"{found.studies}: {len(shares)} intervals, lowest {min(shares):.3f}"]
+            parts = [f"{len(shares)} intervals, lowest {min(shares):.3f}"]
             parts += [f"bias up to {max(map(abs, found.bias_sd.values()), default=0):.2f} SD"]
     parts += [f"**{name} {v.share:.3f}** ({v.of})" for name, v in wrong.items()]
+    parts += [f"wide: {name} {v.share:.3f} ({v.of})" for name, v in cautious.items()]
     parts += [f"{found.refused} refused"] if found.refused else []
-    return "; ".join(parts)
+    return f"{found.studies}: {'; '.join(parts)}"
 
 
 def main() -> None:

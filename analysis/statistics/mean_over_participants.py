@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from math import inf
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -52,6 +53,9 @@ class MeanOverParticipants(EstimatedMean):
     t: float
     df: int
     p: float
+
+
+Mean = TypeVar("Mean", bound=EstimatedMean)
 
 
 def mean_over_participants(
@@ -106,9 +110,7 @@ def estimated_mean(
     return EstimatedMean(mean=found.mean, interval=found.interval, sd=found.sd)
 
 
-def unbounded(
-    found: MeanOverParticipants | NotComputed, *, below: bool, above: bool
-) -> MeanOverParticipants | NotComputed:
+def unbounded(found: Mean | NotComputed, *, below: bool, above: bool) -> Mean | NotComputed:
     """Return a mean whose interval has no lower or upper bound.
 
     Use it if some values are only bounds, such as d' of a participant without a single error: the

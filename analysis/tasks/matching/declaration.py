@@ -209,6 +209,17 @@ class _Matching(OneStatistic[Task]):
     def task_answers(self, task: Task, confidence: float, quantity: Quantity) -> list[str]:
         return [_answer(each, confidence, quantity) for each in task]
 
+    def task_remarks(self, task: Task, _confidence: float, _quantity: Quantity) -> list[str]:
+        tested = sum(bool(each.bias_level) for each in task)
+        if tested < 2:  # noqa: PLR2004 - nothing to correct
+            return []
+        text = (
+            f"Bias and direction were each tested at {tested} references, without correction for "
+            "several tests. Without any bias, about "
+            f"{100 * (1 - 0.95**tested):.0f} % of studies have at least one p < .05."
+        )
+        return [text]
+
     def task_blocks(self, task: Task, svgs: Svgs, _percent: float, quantity: Quantity) -> Blocks:
         return [
             *html.figure_if_drawn(

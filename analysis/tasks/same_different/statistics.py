@@ -37,8 +37,8 @@ from slipscale.analysis.reading.delimited import Problems
 from slipscale.analysis.reading.surface_labels import numbers_first, plain
 from slipscale.analysis.reading.task_tables import by_task, task_trials
 from slipscale.analysis.statistics.mean_over_participants import (
-    MeanOverParticipants,
-    mean_over_participants,
+    EstimatedMean,
+    estimated_mean,
     unbounded,
 )
 from slipscale.analysis.statistics.not_computed import NotComputed
@@ -83,7 +83,7 @@ class PairSensitivity:
     d_prime, criterion : float
         d' and criterion k from the pooled answers of all participants. The unit is the standard
         deviation of a sensation.
-    mean_d_prime : MeanOverParticipants or NotComputed
+    mean_d_prime : EstimatedMean or NotComputed
         Mean of participants' individual d' values. An end of its interval is infinite if the counts
         of a participant do not determine it.
     """
@@ -97,7 +97,7 @@ class PairSensitivity:
     same_n: int
     d_prime: float
     criterion: float
-    mean_d_prime: MeanOverParticipants | NotComputed
+    mean_d_prime: EstimatedMean | NotComputed
 
     @property
     def at_ceiling(self) -> bool:
@@ -196,7 +196,7 @@ def _pair(rows: pd.DataFrame, one: str, other: str, confidence: float) -> PairSe
         d_prime=d_prime,
         criterion=criterion,
         mean_d_prime=unbounded(
-            mean_over_participants(each, confidence),
+            estimated_mean(each, confidence),
             below=bool((counts[:, 2] == counts[:, 3]).any()),
             above=bool((counts[:, 0] == counts[:, 1]).any()),
         ),

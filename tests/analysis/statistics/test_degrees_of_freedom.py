@@ -45,6 +45,9 @@ def test_a_jackknife_interval_of_a_mean_is_the_interval_of_the_mean(values):
     found = jackknife(float(one.mean()), without, confidence=0.95)
     expected = T95[len(one)] * standard_errors(values)[0]
     assert (found.interval.high - found.interval.low) / 2 == pytest.approx(expected, rel=1e-6)
+    plain = mean_over_participants(one, 0.95)
+    assert found.df == len(one) - 1
+    assert (found.t, found.p, found.sd) == pytest.approx((plain.t, plain.p, plain.sd))
 
 
 def test_an_equivalence_interval_leaves_alpha_in_each_tail(values):

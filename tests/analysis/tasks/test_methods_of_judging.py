@@ -23,6 +23,7 @@ from slipscale.analysis.tasks.limits.statistics import LIMITS, limits
 from slipscale.analysis.tasks.ratings.conditions import CONDITIONS, rating_conditions
 from slipscale.analysis.tasks.ratings.statistics import RATINGS
 from slipscale.analysis.tasks.same_different import declaration as same_different
+from slipscale.analysis.tasks.same_different.declaration import ANALYSIS as SAME_DIFFERENT
 from slipscale.analysis.tasks.same_different.statistics import (
     _of_counts,
     differencing,
@@ -429,3 +430,24 @@ def test_the_mean_information_has_no_interval_because_it_would_not_cover(right, 
     text = str(identification.ANALYSIS.task_blocks(task, {}, 95.0, PLATE_AMPLITUDE))
     assert "no interval" in text
     assert "CI" not in text
+
+
+@pytest.mark.parametrize("people", [3, 6])
+def test_intervals_of_d_prime_of_few_people_are_called_too_narrow(people):
+    rng = np.random.default_rng(2)
+    rows = [
+        {
+            "first": a,
+            "second": b,
+            "different": float(rng.random() < share),
+            "participant_id": str(n),
+        }
+        for n in range(people)
+        for a, b, share in (("a", "b", 0.5), ("a", "a", 0.2), ("b", "b", 0.2))
+        for _ in range(30)
+    ]
+    (found,) = pairs(of(pd.DataFrame(rows).assign(task="t", catch=False)))
+    doubts = SAME_DIFFERENT.task_doubts(found, 0.95, PLATE_AMPLITUDE)
+    assert bool(doubts) == (people == 3)
+    assert all("in 88 %" in text for text in doubts)
+    assert not hasattr(found.pairs[0].mean_d_prime, "p")

@@ -8,7 +8,9 @@ from math import exp, log, sqrt
 import numpy as np
 import pytest
 
+from slipscale.analysis.tasks.estimation import section
 from tests.support.plain.formulas import (
+    T,
     check_anova,
     check_friedman,
     check_interval,
@@ -303,6 +305,13 @@ def estimated(results, analysis, rows):
             assert each["standard_deviation"] == pytest.approx(sd(values))
             far = max(abs(value - mean(values)) for value in values)
             assert each["maximum_deviation"] == pytest.approx(far)
+    for each in analysis.description.to_dict("records"):
+        values = of_level(whole, each["level"])
+        assert each["median"] == pytest.approx(np.median(values))
+        if len(values) > 1:
+            assert each["sd_sample"] == pytest.approx(sd(values))
+            n = len(values)
+            assert each["sd_population"] == pytest.approx(sd(values) * sqrt((n - 1) / n))
     positive = [pair for pair in rows if float(pair[1]["estimate"]) > 0]
     logs = own_means(positive, "amplitude_um_pp", lambda row: log(float(row["estimate"])))
     if len(positive) == len(rows):
@@ -322,9 +331,15 @@ def estimated(results, analysis, rows):
     people = {who for who, _ in rows}
     slopes = slopes_of(logs, [level for level in logs if float(level) > 0])
     if len(people) > 2 and len(positive) == len(rows):
+        spread = max(sd(list(own.values())) for own in logs.values())
+        page = " ".join(map(str, section.estimates(analysis, {}).blocks))
+        assert f"(here up to {spread:.2f})" in page
         law = results["power_law"]
         assert (law["exponent"], law["sd"]) == pytest.approx((mean(slopes), sd(slopes)))
         assert law["ci95"] == pytest.approx(ends(slopes))
+        mixed = results["mixed_model"]
+        half = T[len(people) - 2] * mixed["se"]
+        assert mixed["ci"] == pytest.approx((mixed["exponent"] - half, mixed["exponent"] + half))
         by_level = {float(level): own for level, own in logs.items()}
         for pair in results["pairwise"]:
             one, other = (by_level[pair[key]] for key in ("from_level", "to_level"))

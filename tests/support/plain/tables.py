@@ -59,7 +59,7 @@ class Table:
 
     who: str
     task: str
-    rows: list
+    rows: list[dict[str, str]]
     session: str = ""
     run: str = "01"
 

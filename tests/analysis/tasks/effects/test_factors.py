@@ -7,6 +7,7 @@ import subprocess
 import numpy as np
 import pandas as pd
 import pytest
+from scipy import stats
 
 import slipscale
 from slipscale.analysis.export.files import write_export
@@ -75,6 +76,10 @@ def test_the_mixed_model_is_lme4_s(analysis):
         assert fitted.value == pytest.approx(value, rel=1e-5)
         # The random effects' correlations are at their bound, where optimisers stop differently.
         assert fitted.se == pytest.approx(se, rel=0.01)
+        # Student's t with 9 degrees of freedom for 10 people; 2.262157 is its 97.5 % quantile.
+        ends = fitted.value - 2.262157 * fitted.se, fitted.value + 2.262157 * fitted.se
+        assert tuple(fitted.interval) == pytest.approx(ends, abs=1e-6)
+        assert fitted.p == pytest.approx(2 * stats.t.sf(abs(fitted.value / fitted.se), 9))
     # Balanced data: a participant's own changes have the same mean.
     assert changes["slow"].exponent.mean == pytest.approx(LME4["slow", "mixed_exponent"][0], 1e-5)
 

@@ -131,3 +131,11 @@ def test_tests_of_bias_and_direction_are_in_the_list_of_all_tests():
         ("bias of matches, t tests", 2, 2),
         ("direction of adjustment, t tests", 2, 2),
     ]
+
+
+def test_the_number_of_uncorrected_tests_is_stated():
+    found = list(matching(matches()))
+    (text,) = ANALYSIS.task_remarks(found, 0.95, PLATE_AMPLITUDE)
+    assert "at 2 references, without correction" in text
+    assert "about 10 % of studies" in text
+    assert ANALYSIS.task_remarks(found[:1], 0.95, PLATE_AMPLITUDE) == []
