@@ -173,9 +173,7 @@ def cut(whole: Path, dataset: Path, plan: RunPlan) -> None:
     path.write_bytes(journal[: len(journal) // 2])
 
 
-def strike_campaign(
-    plan: RunPlan, places: int, outcome: Outcome, strike: Strike = SIGKILL
-) -> None:
+def strike_campaign(plan: RunPlan, places: int, outcome: Outcome, strike: Strike = SIGKILL) -> None:
     """Strike a pilot at ``CALLS * places`` system calls, in a new run and in a resumed run."""
     expected, _ = undisturbed(plan)
     with folder() as place:
@@ -191,9 +189,7 @@ def strike_campaign(
                 if kind == RESUMED:
                     shutil.copytree(base, made)
                 try:
-                    made_calls = in_a_process(
-                        made, at, partial(_run_and_build, made, plan), strike
-                    )
+                    made_calls = in_a_process(made, at, partial(_run_and_build, made, plan), strike)
                     run_simulated(made, plan, "mock", synced=True)
                     problem = difference(made, expected)
                 except Exception as error:  # noqa: BLE001 - any exception is a problem
