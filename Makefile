@@ -82,8 +82,11 @@ fuzz: set-test
 soak: set-test
 	$(BIN)/python -m tools.campaigns soak $(ARGS)
 
-unattended disk: %: set-test
-	$(BIN)/python -m tools.campaigns $* $(ARGS)
+unattended: set-test
+	$(BIN)/python -m tools.campaigns unattended $(ARGS)
+
+disk: set-test
+	$(BIN)/python -m tools.campaigns disk $(ARGS)
 
 # Exit status 1 if a ratio is more than 30 % worse; new figures: make benchmarks ARGS=--write
 benchmarks: set-test
