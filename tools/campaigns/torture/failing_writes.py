@@ -1,8 +1,8 @@
 """Let the n-th call that writes to a data set fail, in a library below Python.
 
-Usage: ``make disk``, ``make disk ARGS="--places 8 --study matching"`` (some minutes). Requires Linux and gcc. The library
-(``failing_disk.c``) counts the calls below a folder that write, create, rename, truncate, flush or
-remove files. One of them fails in each case:
+Usage: ``make disk``, ``make disk ARGS="--places 8 --study matching"`` (some minutes). Requires
+Linux and gcc. The library (``failing_disk.c``) counts the calls below a folder that write, create,
+rename, truncate, flush or remove files. One of them fails in each case:
 
 - ``EIO``: this call only; ``EIO from then on``: also all that follow, as on a broken disk,
 - ``ENOSPC from then on``: the disk is full; removing still works,
