@@ -23,12 +23,17 @@ from pathlib import Path
 from statistics import median
 from tempfile import TemporaryDirectory
 
+import numpy as np
 import pandas as pd
 
 from benchmarks.analyse_scale import environment, write_dataset
 from benchmarks.models import FILM, marched, own_assembly, stock_assembly
 from slipscale.analysis.load import load
 from slipscale.analysis.pipeline import analyse
+from slipscale.analysis.reading.delimited import Problems
+from slipscale.analysis.reading.foreign.files import read_rows
+from slipscale.analysis.reading.foreign.layouts.table import layout_of
+from slipscale.analysis.reading.meaning.keywords import mapping_of
 from slipscale.analysis.writing.csv_file import write_csv
 from slipscale.experiments.participants.simulated_people.bare_run import bare_run
 from slipscale.experiments.participants.simulated_people.population import Population
@@ -38,6 +43,7 @@ from slipscale.stimuli.film.periodic_film import periodic_state
 FIGURES = Path(__file__).with_name("figures.json")
 WORSE = 1.3  # Ratios that grow by a larger factor are reported.
 PARTICIPANTS, ROWS = 400, 100_000
+TABLE_PEOPLE, TABLE_ROWS = 20, 10_000
 #: The main tests of a study and its figure, as a user would write them with pandas and pingouin.
 BY_HAND = """
 import sys, warnings
@@ -62,11 +68,38 @@ plt.savefig(folder / "figure.svg")
 """
 
 
+def written_tables(folder: Path) -> tuple[Path, Path]:
+    """Write 10,000 answers as one table, and as a folder with one table per person."""
+    drawn, rows = np.random.default_rng(1), TABLE_ROWS // TABLE_PEOPLE
+    answers = pd.DataFrame(
+        {
+            "who": np.repeat([f"p{person:02d}" for person in range(TABLE_PEOPLE)], rows),
+            "trial": np.tile(np.arange(1, rows + 1), TABLE_PEOPLE),
+            "level": drawn.choice([0.5, 1, 2, 4, 8, 16], TABLE_ROWS),
+            "correct": drawn.integers(0, 2, TABLE_ROWS),
+            "rt": drawn.random(TABLE_ROWS).round(4),
+        }
+    )
+    one, several = folder / "answers.csv", folder / "answers"
+    answers.to_csv(one, index=False)
+    several.mkdir()
+    for who, own in answers.groupby("who"):
+        own.drop(columns="who").to_csv(several / f"{who}.csv", index=False)
+    return one, several
+
+
+def read_tables(path: Path, **options: object) -> object:
+    """Read the columns that the options name, with Slipscale."""
+    mapping = mapping_of({"stimulus": "level", "answer": "correct", **options})
+    return read_rows([path], mapping, layout_of(mapping), Problems(), None)
+
+
 def ways(folder: Path) -> dict[str, tuple[Callable[[], object], Callable[[], object]]]:
     """Return the functions of Slipscale and of the alternative, keyed by benchmark."""
     data, table = folder / "data", folder / "table.csv"
     write_dataset(data, PARTICIPANTS, ROWS)
     rows = load(data).estimates
+    one, several = written_tables(folder)
     pilot = folder / "pilot"
     run_pilot(
         pilot,
@@ -101,6 +134,14 @@ def ways(folder: Path) -> dict[str, tuple[Callable[[], object], Callable[[], obj
             python("-c", BY_HAND, str(pilot)),
         ),
         "load / read with pandas": (lambda: load(data), read),
+        "read a table of 10,000 rows / read with pandas": (
+            lambda: read_tables(one, participant="who", trial="trial"),
+            lambda: pd.read_csv(one),
+        ),
+        "read 20 tables of 500 rows / read with pandas": (
+            lambda: read_tables(several, participant_from_name="", trial="trial"),
+            lambda: pd.concat([pd.read_csv(path) for path in sorted(several.iterdir())]),
+        ),
         "load and analyse / read with pandas": (lambda: analyse(data), read),
         "write_csv / to_csv": (
             lambda: write_csv(rows, table),

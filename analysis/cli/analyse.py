@@ -10,6 +10,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from slipscale.analysis.cli.asking import asking
 from slipscale.analysis.cli.mapping_arguments import add_mapping, mapping_from
 from slipscale.analysis.cli.progress_line import add_steps, telling
 from slipscale.experiments.lab.defaults import dataset_default, here, say
@@ -150,6 +151,10 @@ def analysed(args: Namespace, progress: Callable[[str], None]) -> Analysis:
 
 def run_analyse(args: Namespace) -> int:
     """Analyse a data set; print Table III and the output paths."""
+    return asking(args, _run)
+
+
+def _run(args: Namespace) -> int:
     from slipscale.analysis.preregistration.bundle import read_bundle
     from slipscale.analysis.reporting.terminal import (
         print_answers,

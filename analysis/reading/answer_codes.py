@@ -42,6 +42,12 @@ WHOLE = re.compile(r"^([+-]?\d+)\.0*$")
 LISTED = 8
 
 
+def are_usual(codes: Sequence[str]) -> bool:
+    """Return whether only the codes of a usual pair occur, so that their meaning is known."""
+    found = set(map(_code, codes))
+    return any(found <= set(pair) for pair in PAIRS)
+
+
 def own_answers(cells: pd.Series[Any]) -> pd.Series[float]:
     """Convert answers in Slipscale's own tables to 1 (yes, true), 0 (no, false) or NaN."""
     codes = cells.astype("object").map(lambda value: str(value).strip().lower())

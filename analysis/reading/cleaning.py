@@ -299,13 +299,18 @@ def _catches(frame: pd.DataFrame, clean: pd.DataFrame, problems: Problems) -> pd
 
 def tidied(names: pd.Series[Any]) -> pd.Series[Any]:
     """Convert names to categories with normalised whitespace; blank names become missing."""
-    values = names.astype("category")
-    plain = [" ".join(str(name).split()) for name in values.cat.categories]
+    if isinstance(names.dtype, pd.CategoricalDtype):
+        found, known = names.cat.codes.to_numpy(), names.cat.categories
+    else:
+        found, known = pd.factorize(names.to_numpy(object))
+    plain = [" ".join(str(name).split()) for name in known]
     kept = sorted(set(plain) - {""})
+    if isinstance(names.dtype, pd.CategoricalDtype) and kept == list(known):
+        return names
     places = {name: place for place, name in enumerate(kept)}
     # Missing cells have code -1, which selects the last entry.
     lookup = np.array([*(places.get(name, -1) for name in plain), -1])
-    codes = lookup[values.cat.codes]
+    codes = lookup[found]
     return pd.Series(pd.Categorical.from_codes(codes, pd.Index(kept, dtype=str)), index=names.index)
 
 

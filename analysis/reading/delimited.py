@@ -342,12 +342,14 @@ def parse(
     words: Collection[str] = TEXT,
     as_written: Collection[str] = (),
 ) -> pd.DataFrame:
-    """Parse rows; return all columns, or only ``columns`` if given.
+    """Parse rows; return all columns, or only ``columns`` if given, in the order of the file.
 
     Columns in ``words`` and ``as_written`` are read as text. In ``words``, only empty cells and the
     BIDS code for missing values count as missing.
     """
     names = filled(lines.names)
+    # Every row is known to have as many cells as the header, which pandas does not check then.
+    wanted = [name for name in columns if name in names]
     missing = {name: NOT_AVAILABLE if name in columns else MISSING for name in names}
     missing |= dict.fromkeys(words, MISSING)
     try:
@@ -356,7 +358,8 @@ def parse(
             sep=separator,
             header=0,
             names=names,
-            na_values={name: list(missing[name]) for name in names},
+            usecols=wanted if columns else None,
+            na_values={name: list(missing[name]) for name in (wanted if columns else names)},
             keep_default_na=False,
             # Files edited by hand often have spaces between separators and quotation marks.
             skipinitialspace=separator.encode() + b" " in text,
@@ -371,7 +374,7 @@ def parse(
             error=error,
         ) from error
     if columns:
-        return frame[[name for name in columns if name in frame]]
+        return frame
     # PsychoPy ends each line with a comma, which creates a column without a name or values.
     unnamed = [
         name

@@ -24,6 +24,7 @@ BLANKS = re.compile(rb'("[^"]*")|[ ]+')
 BOMS = {b"\xff\xfe": "utf-16", b"\xfe\xff": "utf-16", b"\xef\xbb\xbf": "utf-8-sig"}
 #: First line that tells Excel the separator, which is detected from the header instead.
 HINT = re.compile(r"\A\ufeff?\"?sep=.\"?(?=\r?\n)", re.IGNORECASE)
+LONGEST_HINT = 8
 #: Default encoding of Excel on Windows in Western Europe.
 FALLBACK = "cp1252"
 
@@ -48,8 +49,12 @@ def _certain(mark: str, other: str) -> re.Pattern[str]:
 
 CERTAIN: dict[Decimal, re.Pattern[str]] = {".": _certain(".", ","), ",": _certain(",", ".")}
 AMBIGUOUS = re.compile(r"[+-]?[1-9]\d{0,2}[.,]\d{3}")
-#: Pattern for numbers in which a point may separate thousands.
-THOUSANDS_POINT = re.compile(rb"(?<![\d.])[1-9]\d{0,2}\.\d{3}(?![\d.])")
+#: Point of a number in which it may separate thousands. The pattern begins with the point, so that
+#: other characters are skipped quickly.
+THOUSANDS_POINT = re.compile(
+    rb"\.(?=\d{3}(?![\d.]))"
+    rb"(?:(?<=(?<![\d.])[1-9]\.)|(?<=(?<![\d.])[1-9]\d\.)|(?<=(?<![\d.])[1-9]\d\d\.))"
+)
 
 
 def in_points(cell: str, decimal: Decimal) -> str:
@@ -83,6 +88,8 @@ def decoded(content: bytes, path: Path) -> tuple[bytes, str]:
     UserError
         If the content is in none of these encodings.
     """
+    if content.isascii() and b"sep=" not in content[:LONGEST_HINT].lower():
+        return content, "utf-8"  # most tables are; nothing is copied
     encoding = next((name for mark, name in BOMS.items() if content.startswith(mark)), "utf-8")
     try:
         return _without_hint(content.decode(encoding)).encode("utf-8"), encoding

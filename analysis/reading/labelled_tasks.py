@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from slipscale.analysis.reading.cleaning import labels
+from slipscale.analysis.reading.cleaning import labels, tidied
 from slipscale.analysis.reading.delimited import (
     Problems,
     Source,
@@ -244,5 +244,5 @@ def read_others(
 
 def with_people(rows: pd.DataFrame, columns: tuple[str, ...]) -> pd.DataFrame:
     """Select columns, and convert participant labels to a categorical."""
-    people = pd.Categorical(rows[PARTICIPANT].astype(str))
+    people = tidied(rows[PARTICIPANT]).cat.remove_unused_categories()
     return rows.assign(**{PARTICIPANT: people})[list(columns)].reset_index(drop=True)

@@ -22,7 +22,8 @@ SUMMARIES = re.compile(
     r"|st(andar)?d\.? ?dev(iation)?\.?|stdev|streuung|standardabweichung|écart[- ]type",
     re.IGNORECASE,
 )
-WHOLE_NUMBER = re.compile(r"0*(\d+)([.,]0*)?")
+#: Label with a whole number at its end, such as 01, 1.0, s01 or sub-01: text, number.
+WHOLE_NUMBER = re.compile(r"(\D*?)0*(\d+)(?:[.,]0*)?")
 #: Codes for missing answers in questionnaires and statistics programs.
 MISSING_CODES = (99.0, 999.0, 9999.0, 99999.0, 88.0, 888.0, 77.0, 777.0)
 #: Codes for missing answers are reported if they exceed this multiple of the largest other answer.
@@ -33,6 +34,9 @@ FEWEST_ALIKE, FEWEST_VALUES = 8, 4
 
 def check_labels(labels: Sequence[str], column: str, file: str) -> list[str]:
     """Check participant labels; return notes on suspicious ones.
+
+    Labels such as 1 and 01 are rejected. Labels such as s1 and s01, or p1 and P1, are two people,
+    with a note.
 
     Parameters
     ----------
@@ -55,22 +59,28 @@ def check_labels(labels: Sequence[str], column: str, file: str) -> list[str]:
             column=column,
             example=summaries[0],
         )
-    numbers: dict[str, str] = {}
+    numbers: dict[tuple[str, str], str] = {}
+    notes = []
     for label in labels:
         if found := WHOLE_NUMBER.fullmatch(label):
-            first = numbers.setdefault(found[1], label)
-            if first != label:
+            first = numbers.setdefault((found[1], found[2]), label)
+            if first != label and found[1]:
+                notes.append(
+                    f"{file}, column {column}: '{first}' and '{label}' have the same number and "
+                    "are analysed as two participants"
+                )
+            elif first != label:
                 raise UserError(
                     "{file}, column {column}: '{first}' and '{label}' represent the same "
-                    "number; write the label of each participant in the same way throughout the"
-                    " file",
+                    "number; write the label of each participant in the same way in all rows and "
+                    "files",
                     file=file,
                     column=column,
                     first=first,
                     label=label,
                 )
     lower: dict[str, str] = {}
-    return [
+    return notes + [
         f"{file}, column {column}: '{lower[label.lower()]}' and '{label}' differ only in case and "
         "are analysed as two participants"
         for label in labels

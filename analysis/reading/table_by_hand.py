@@ -164,13 +164,30 @@ def _only(
 
 
 def _read_text(
-    lines: Lines, path: Path, separator: str, numbers: Sequence[str], words: Sequence[str]
+    lines: Lines,
+    path: Path,
+    separator: str,
+    numbers: Sequence[str],
+    words: Sequence[str],
 ) -> pd.DataFrame:
     # If commas separate cells, only quoted cells can contain commas.
     marked = b"," in lines.body if separator != "," else b'"' in lines.body
     marked = marked or THOUSANDS_POINT.search(lines.body) is not None
     present = [name for name in numbers if name in lines.names]
-    frame = _parsed(lines, path, separator, numbers, words, as_written=present if marked else ())
+    text = b"".join([lines.header, b"\n", lines.body])
+    try:
+        frame = parse(
+            lines,
+            text,
+            path,
+            separator=separator,
+            columns=(*words, *numbers),
+            words=words,
+            as_written=present if marked else (),
+        )
+    except UserError:
+        complain(lines, path, separator)
+        raise
     frame["line"] = lines.places
     return frame
 
@@ -230,7 +247,7 @@ def only_named(
         is treated as a name.
     """
     tidy = tidied(frame[identifier])
-    absent = tidy.isna().to_numpy()
+    absent = tidy.cat.codes.to_numpy() < 0
     words = _are_no_identifier(tidy)
     if quoted is not None:
         words &= ~quoted
@@ -245,12 +262,13 @@ def only_named(
             "The rows are omitted; if this is a name, put it in quotation marks"
         )
     kept = ~(absent | words)
-    frame = frame.assign(**{identifier: tidy})
+    if tidy is not frame[identifier]:
+        frame = frame.assign(**{identifier: tidy})
     return frame if kept.all() else frame[kept].reset_index(drop=True)
 
 
 def _are_no_identifier(names: pd.Series[Any]) -> NDArray[np.bool_]:
-    return names.isin(NO_IDENTIFIER).to_numpy(bool, copy=True)
+    return np.array([*names.cat.categories.isin(NO_IDENTIFIER), False])[names.cat.codes]
 
 
 def _quoted_identifiers(frame: pd.DataFrame, identifier: str, text: bytes) -> NDArray[np.bool_]:
@@ -266,28 +284,3 @@ def _quoted_identifiers(frame: pd.DataFrame, identifier: str, text: bytes) -> ND
         name = str(frame[identifier].iloc[row]).strip().encode()
         found[row] = b'"' + name + b'"' in written[int(frame["line"].iloc[row]) - 1]
     return found
-
-
-def _parsed(
-    lines: Lines,
-    path: Path,
-    separator: str,
-    numbers: Sequence[str],
-    words: Sequence[str],
-    *,
-    as_written: Sequence[str],
-) -> pd.DataFrame:
-    text = b"".join([lines.header, b"\n", lines.body])
-    try:
-        return parse(
-            lines,
-            text,
-            path,
-            separator=separator,
-            columns=(*words, *numbers),
-            words=words,
-            as_written=as_written,
-        )
-    except UserError:
-        complain(lines, path, separator)
-        raise

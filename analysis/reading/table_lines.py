@@ -16,9 +16,13 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from slipscale.analysis.reading.dialect import SEPARATORS
 from slipscale.faults import UserError
 
 QUOTE, NEWLINE = b'"', b"\n"
+#: Text in quotation marks, and all characters that end no cell, keyed by separator.
+QUOTED = re.compile(rb'"[^"]*"')
+OTHERS = {mark.encode(): bytes(set(range(256)) - {*mark.encode(), *NEWLINE}) for mark in SEPARATORS}
 #: Last line of a table from Gorilla, and its largest number of bytes.
 END_OF_FILE = re.compile(rb'\n"?END OF FILE"?[,;\t]*\n*\Z')
 LONGEST_END = 4096
@@ -87,8 +91,9 @@ def split(content: bytes, path: Path, separator: str, *, header: bool = True) ->
             first=first,
         )
     names = _names(top, separator)
-    body = body.rstrip(NEWLINE)
-    body = body + NEWLINE if body else body
+    if not body.endswith(NEWLINE) or body.endswith(2 * NEWLINE):
+        body = body.rstrip(NEWLINE)
+        body = body + NEWLINE if body else body
     count = _regular(top, body, separator, len(names))
     if count is not None:
         places = np.arange(first + 1, first + 1 + count)
@@ -105,7 +110,7 @@ def complain(lines: Lines, path: Path, separator: str) -> None:
 def _checked(content: bytes, path: Path) -> bytes:
     """Check that a file contains UTF-8 text, and return it as `plain` text."""
     try:
-        content.decode("utf-8")
+        _ = content.isascii() or content.decode("utf-8")
     except UnicodeDecodeError as error:
         line = content.count(NEWLINE, 0, error.start) + 1
         raise UserError(
@@ -143,18 +148,9 @@ def _regular(header: bytes, body: bytes, separator: str, cells: int) -> int | No
         if body.startswith(line) or NEWLINE + line in body:
             return None
     lines = body.count(NEWLINE)
-    if QUOTE not in body:
-        # Too many cells in one line may compensate for too few in another. pandas rejects a line
-        # with too many cells, unless it is the first line, which is therefore checked here.
-        width = body.partition(NEWLINE)[0].count(mark)
-        total = body.count(mark)
-        return lines if total == lines * (cells - 1) and total in (0, lines * width) else None
-    text = np.frombuffer(body, np.uint8)
-    outside = ~np.bitwise_xor.accumulate(text == QUOTE[0])
-    ends = np.flatnonzero(outside & (text == NEWLINE[0]))
-    marks = np.flatnonzero(outside & (text == mark[0]))
-    each = np.diff(np.searchsorted(marks, ends), prepend=0)
-    return lines if len(ends) == lines and (each == cells - 1).all() else None
+    outside = QUOTED.sub(b"", body) if QUOTE in body else body
+    ends = outside.translate(None, OTHERS[mark])
+    return lines if ends == (mark * (cells - 1) + NEWLINE) * lines else None
 
 
 def _row_by_row(

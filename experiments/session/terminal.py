@@ -319,14 +319,18 @@ class Keys:
 
     def __enter__(self) -> Self:
         if self._stream is not None and self._stream.isatty():
-            self._read = self._windows() if os.name == "nt" else self._posix(self._stream.fileno())
+            self._read = self._keys(self._stream.fileno())
         return self
 
     def __exit__(self, *_error: object) -> None:
         self._stack.close()
 
-    def _posix(self, descriptor: int) -> Callable[[], str]:
-        # These modules exist only on Unix; `_windows` uses msvcrt.
+    def _keys(self, descriptor: int) -> Callable[[], str]:
+        # Each system has modules of its own.
+        if sys.platform == "win32":
+            import msvcrt
+
+            return lambda: msvcrt.getwch() if msvcrt.kbhit() else ""
         import select
         import termios
         import tty
@@ -350,10 +354,3 @@ class Keys:
             return waiting.popleft() if waiting else ""
 
         return read
-
-    def _windows(self) -> Callable[[], str]:
-        import msvcrt
-
-        kbhit: Callable[[], bool] = msvcrt.kbhit  # type: ignore[attr-defined]  # Windows only
-        getwch: Callable[[], str] = msvcrt.getwch  # type: ignore[attr-defined]  # Windows only
-        return lambda: getwch() if kbhit() else ""

@@ -9,6 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from slipscale.faults import UserError
+from slipscale.hardware.address import Plate
 from slipscale.hardware.clock import VirtualClock
 from slipscale.hardware.driver import PlateDriver
 from slipscale.hardware.errors import (
@@ -170,7 +171,7 @@ def test_no_vibration_directly_after_a_silence_waits_until_the_plate_has_rung_do
 
 
 def test_the_wait_for_a_ring_down_follows_from_the_plates_own_q():
-    plate = Ringing(time_constant_s=600 / (math.pi * 30_500), calibration=CALIBRATION)
+    plate = Ringing(time_constant_s=600 / (math.pi * 30_500), plate=Plate(calibration=CALIBRATION))
     plate.connect()
     plate.silence()
     began_s = plate.clock.now()
@@ -288,7 +289,7 @@ def test_a_new_presentation_or_a_silent_plate_is_not_forgotten(plate):
 
 
 def test_duty_over_its_limit_is_refused_until_the_plate_has_rested():
-    plate = Recorder(limits=PlateLimits(duty=0.5, duty_window_s=100))
+    plate = Recorder(plate=Plate(limits=PlateLimits(duty=0.5, duty_window_s=100)))
     plate.connect()
     plate.clock.sleep(1_000)
     plate.present(surface(1.2))
@@ -453,7 +454,7 @@ class Powered(Recorder):
 @pytest.mark.parametrize("factor, accepted", [(2.0, False), (0.5, False), (1.2, True)])
 def test_a_voltage_that_the_calibration_does_not_predict_is_a_fault(factor, accepted):
     """A sensor at half of its sensitivity: 1.2 µm reported, 2.4 µm true, at twice the voltage."""
-    plate = Powered(calibration=CALIBRATION)
+    plate = Powered(plate=Plate(calibration=CALIBRATION))
     plate.voltage_v = 1.2 * 60 * factor
     plate.connect()
     if accepted:

@@ -21,6 +21,7 @@ from slipscale.analysis.reading.foreign.columns import NUMBERS, OURS
 from slipscale.analysis.reading.foreign.names import people_in_names
 from slipscale.analysis.reading.own_results import RESULTS
 from slipscale.analysis.reading.programs.records import as_text
+from slipscale.analysis.reading.suspicions import check_labels
 from slipscale.analysis.reading.table_by_hand import read_table
 from slipscale.experiments.dataset.schema import PARTICIPANT
 from slipscale.faults import UserError
@@ -97,6 +98,11 @@ def read_rows(
         # In questionnaires, rows are people.
         rows[PARTICIPANT] = [f"row {place}" for place in range(1, len(rows) + 1)]
         problems.add("no option names the participants, so each row is analysed as one")
+    who = mapping.columns.participant or PARTICIPANT
+    if len(filled) > 1 and who in rows:
+        people = [str(label) for label in rows[who].dropna().unique()]
+        notes = check_labels(people, who, "all files")
+        problems.add_many(notes, "labels that differ little")
     # A column that is only needed to select rows could have the name of one of Slipscale's columns.
     rows = chosen(rows, mapping.table.only, paths[0])
     named = mapping.columns.named.values()

@@ -22,35 +22,39 @@ class Preset:
         Columns of which each must exist, as regular expressions.
     columns : Mapping
         Column for each option, as a regular expression for its whole name, in lower case.
-    fixed : tuple of str
+    fixed : Mapping
         Options with their values, for layouts that need no question.
     """
 
     name: str
     marks: tuple[str, ...]
     columns: Mapping[str, str] = field(default_factory=dict)
-    fixed: tuple[str, ...] = ()
+    fixed: Mapping[str, object] = field(default_factory=dict)
 
 
 _PERSON = r".*(participant|subject|subj\b|observer|prolific|worker|person|judge|rater|^who$|^id$).*"
 _ANSWER = r".*(correct|\.corr|^corr|^acc|\.acc|accuracy|answer|yes|felt|^hit).*"
-_RESPONSE = r".*(estimate|rating|magnitude|\.response|^response|judg|loudness|slider).*"
+_RESPONSE = r".*(estimate|rating|magnitude|\.response|^resp|judg|loudness|slider).*"
+_YES = r"(k|yes|right|hits|n_?yes|n_?correct|n_?right|num_?correct|successes|resp_?yes)"
+_NO = r"(no|wrong|misses|n_?no|n_?wrong|n_?incorrect|num_?wrong|failures|errors)"
+_ALL = r"(n|n_?trials|n_?total|total|size)"
+_PERCENT = r"(pc|percent|per_?cent|pct|percent_?(correct|yes|right))"
 _CONSTANT = {"participant": _PERSON, "answer": _ANSWER, "response": _RESPONSE}
 PRESETS = (
     Preset(
         name="psignifit, whose columns are levels, numbers of yes answers and of all answers",
         marks=(r"1", r"2", r"3"),
-        fixed=("--stimulus", "1", "--yes-count", "2", "--n", "3"),
+        fixed={"stimulus": "1", "yes_count": "2", "n": "3"},
     ),
     Preset(
         name="MLDS",
         marks=(r"resp", r"s1", r"s2", r"s3", r"s4"),
-        fixed=("--quadruple", "S1,S2,S3,S4", "--answer", "resp"),
+        fixed={"quadruple": "S1,S2,S3,S4", "answer": "resp"},
     ),
     Preset(
         name="MLDS",
         marks=(r"resp", r"s1", r"s2", r"s3"),
-        fixed=("--triad", "S1,S2,S3", "--answer", "resp"),
+        fixed={"triad": "S1,S2,S3", "answer": "resp"},
     ),
     Preset(
         name="PsychoPy",
@@ -102,12 +106,18 @@ PRESETS = (
     ),
     Preset(
         name="counts of answers, as for quickpsy",
-        marks=(r"(k|yes|n_?yes|n_?correct|num_?correct|successes)", r"(n|n_?trials|total|size)"),
-        columns={
-            "participant": _PERSON,
-            "yes_count": r"(k|yes|n_?yes|n_?correct|num_?correct|successes)",
-            "n": r"(n|n_?trials|total|size)",
-        },
+        marks=(_YES, _ALL),
+        columns={"participant": _PERSON, "yes_count": _YES, "n": _ALL},
+    ),
+    Preset(
+        name="counts of answers",
+        marks=(_YES, _NO),
+        columns={"participant": _PERSON, "yes_count": _YES, "no_count": _NO},
+    ),
+    Preset(
+        name="percentages",
+        marks=(_PERCENT, _ALL),
+        columns={"participant": _PERSON, "percent": _PERCENT, "n": _ALL},
     ),
     Preset(name="", marks=(), columns=_CONSTANT),
 )

@@ -1,27 +1,28 @@
 """Describe the columns of a table, and propose the options that state what they mean.
 
-What the table does not reveal is asked for: which of several columns contains the levels, and which
-contains the answers.
+What the table does not reveal is asked for: which of several columns contains the levels, which
+contains the answers, and which codes mean yes.
 """
 
 from __future__ import annotations
 
 import re
 import shlex
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pandas as pd
 
+from slipscale.analysis.reading.answer_codes import are_usual
 from slipscale.analysis.reading.cells import cell, listed
 from slipscale.analysis.reading.cleaning import as_numbers
 from slipscale.analysis.reading.delimited import Problems
-from slipscale.analysis.reading.foreign.files import in_folder
+from slipscale.analysis.reading.foreign.files import BIDS_TABLE, in_folder
 from slipscale.analysis.reading.foreign.presets import columns_of, preset_of
+from slipscale.analysis.reading.foreign.recognition import Given, layout_of
 from slipscale.analysis.reading.meaning.mapping import beside
 from slipscale.analysis.reading.table_by_hand import read_table
 from slipscale.experiments.dataset.schema import PARTICIPANT
@@ -79,55 +80,130 @@ class Column:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class Question:
+    """What a table does not reveal.
+
+    Parameters
+    ----------
+    option : str
+        The option in question, as a keyword; "results" for the kind of answers.
+    candidates : tuple of Column
+        Columns that the option could name; for codes, the column that contains them.
+    """
+
+    option: str
+    candidates: tuple[Column, ...]
+
+    def __str__(self) -> str:
+        """Return the question in one sentence, with the candidates and their values."""
+        text = QUESTIONS[self.option]
+        if self.option == RESULTS:
+            return text
+        shown = listed(f"{column.name} ({', '.join(column.values)})" for column in self.candidates)
+        return f"{text} {shown or 'No column looks like it'}."
+
+
+RESULTS = "results"
+QUESTIONS = {
+    "stimulus": "Which column contains the levels (--stimulus)?",
+    "answer": "Which column contains the answers (--answer)?",
+    "response": "Which column contains the answers (--response)?",
+    "yes": "Which codes mean yes or correct (--yes)?",
+    RESULTS: (
+        "Which column contains the answers: estimates (--response), yes or no (--answer), or "
+        "counts (--yes-count and --n)? In a forced choice, add --alternatives 2 or 3."
+    ),
+}
+#: Options for counts of answers.
+COUNTED = (("yes_count", "n"), ("yes_count", "no_count"), ("percent", "n"))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Proposal:
     """Proposed options for a table.
 
     Parameters
     ----------
+    paths : tuple of Path
+        The data, as given.
     tables : tuple of Path
         The tables, of which the first is described.
     program : str
         Program that wrote the table; empty if it is unknown.
-    rows : int
+    frame : DataFrame
+        The cells of the first table.
     columns : tuple of Column
-    command : str
-        Proposed command, with names in capital letters for what is unknown.
-    questions : tuple of str
-        What is unknown, with the candidates.
+    given : Mapping
+        Proposed options, as keywords, with names in capital letters for what is unknown.
+    questions : tuple of Question
+        What is unknown.
     """
 
+    paths: tuple[Path, ...]
     tables: tuple[Path, ...]
     program: str
-    rows: int
+    frame: pd.DataFrame
     columns: tuple[Column, ...]
-    command: str
-    questions: tuple[str, ...]
+    given: Mapping[str, object]
+    questions: tuple[Question, ...]
+
+    @property
+    def command(self) -> str:
+        """The proposed command."""
+        files = [path.name if path.parent == Path() else str(path) for path in self.paths]
+        return shlex.join(["slipscale", "analyse", *files, *as_options(self.given), "--map"])
 
     def __str__(self) -> str:
         """Return the description and the questions, one per line."""
         many = f", the first of {len(self.tables)} tables" if len(self.tables) > 1 else ""
         by = f", {self.program}" if self.program else ""
-        head = f"{self.tables[0].name}{many}: {self.rows} rows{by}"
-        return "\n".join([head, *(f"  {column}" for column in self.columns), *self.questions])
+        head = f"{self.tables[0].name}{many}: {len(self.frame)} rows{by}"
+        return "\n".join(
+            [head, *(f"  {column}" for column in self.columns), *map(str, self.questions)]
+        )
 
     @property
-    def refusal(self) -> UserError:
+    def refusal(self) -> Unstated:
         """The error that asks for options."""
-        return UserError(
+        return Unstated(self)
+
+
+class Unstated(UserError):
+    """Raised if no options state what the columns of a table mean."""
+
+    def __init__(self, proposal: Proposal) -> None:
+        super().__init__(
             "{path}: no columns {own}, and no options state what the columns mean; expected "
             "options, for example: {command}",
-            path=self.tables[0],
+            path=proposal.tables[0],
             own=", ".join(OWN),
-            command=self.command,
+            command=proposal.command,
         )
+        self.proposal = proposal
+
+
+def as_options(given: Mapping[str, object]) -> list[str]:
+    """Return keywords as options of the command line."""
+    words: list[str] = []
+    for name, value in given.items():
+        words.append(f"--{name.replace('_', '-')}")
+        if isinstance(value, list | tuple):
+            words += map(str, value)
+        elif value is not True and value != "":
+            words.append(str(value))
+    return words
 
 
 def proposal_for(paths: Sequence[Path]) -> Proposal | None:
     """Describe the first of several tables; return None if the data need no options."""
     tables = [path for path in paths if path.is_file()]
     for path in paths:
-        of_bids = path.is_dir() and any(visible(path, "sub-*/**/*.tsv"))
-        if path.is_dir() and not of_bids and any(visible(path, "**/*.*")):
+        if not path.is_dir():
+            continue
+        of_bids = list(visible(path, "sub-*/**/*.tsv"))
+        if of_bids:
+            tables += [each for each in of_bids if BIDS_TABLE.fullmatch(each.name)]
+        elif any(visible(path, "**/*.*")):
             tables += in_folder(path, Problems())
     if not tables or beside(paths[0]) is not None:
         return None
@@ -178,73 +254,76 @@ def propose(frame: pd.DataFrame, paths: Sequence[Path], tables: Sequence[Path]) 
     """Propose options for a table, or for several with the same columns."""
     columns = describe(frame)
     names = [column.name for column in columns]
-    numbered = names == [str(place) for place in range(1, len(names) + 1)]
     preset = preset_of(names)
     likely = columns_of(preset, names)
-    options = ["--no-header"] if numbered else []
-    questions: list[str] = []
-    if people := likely.pop("participant", []):
-        options += ["--participant", people[0]]
-    elif len(tables) > 1:
-        options += ["--participant-from-name"]
-    if square := _square(frame):
-        options += ["--matrix", square]
-    elif preset.fixed:
-        options += preset.fixed
+    numbered = names == [str(place) for place in range(1, len(names) + 1)]
+    given: Given = {"no_header": True} if numbered else {}
+    questions: list[Question] = []
+    people = likely.pop("participant", [])
+    layout = dict(preset.fixed)
+    if not layout and preset.name in KNOWN_COLUMNS:
+        layout = layout_of(frame.drop(columns=people[:1]))
+    if people:
+        given["participant"] = people[0]
+    elif len(tables) > 1 and not BIDS_TABLE.fullmatch(tables[0].name):
+        given["participant_from_name"] = ""
+    if layout:
+        given |= layout
     else:
-        used = {*people, *(name for found in likely.values() for name in found)}
+        used = {*people[:1], *(name for found in likely.values() for name in found)}
         levels = [column for column in columns if column.like_levels and column.name not in used]
-        options += ["--stimulus", _one("LEVEL", levels, "the levels (--stimulus)", questions)]
-        options += _answers(likely, [c for c in columns if c.name in used], questions)
-    files = [path.name if path.parent == Path() else str(path) for path in paths]
+        given["stimulus"] = _one("stimulus", levels, questions)
+        used |= {str(given["stimulus"])}
+        others = [column for column in columns if column.name not in used]
+        named = {name: [c for c in found if c not in people] for name, found in likely.items()}
+        given |= _answers(named, columns, others, questions)
+    coded = next((column for column in columns if column.name == given.get("answer")), None)
+    if coded is not None and not are_usual(coded.values):
+        given["yes"] = ["CODE"]
+        questions.append(Question(option="yes", candidates=(coded,)))
     return Proposal(
+        paths=tuple(paths),
         tables=tuple(tables),
         program=preset.name,
-        rows=len(frame),
+        frame=frame,
         columns=columns,
-        command=shlex.join(["slipscale", "analyse", *files, *options, "--map"]),
+        given=given,
         questions=tuple(questions),
     )
 
 
-def _square(frame: pd.DataFrame) -> str:
-    """Return the content of a square table of items, or "" for other tables."""
-    first, *items = frame.columns
-    labels = frame[first].fillna("").astype(str)
-    if not items or sorted(labels) != sorted(items):
-        return ""
-    cells = frame.set_index(labels)[items].loc[items]
-    values = cells.apply(lambda column: as_numbers(column)[1]).to_numpy(float)
-    if not np.array_equal(values, values.T, equal_nan=True):
-        return "wins"
-    return (
-        "similarities" if np.nanmin(values.diagonal()) == np.nanmax(values) else "dissimilarities"
-    )
+#: Presets whose columns may have any layout.
+KNOWN_COLUMNS = ("", "BIDS events")
 
 
 def _answers(
-    likely: dict[str, list[str]], columns: Sequence[Column], questions: list[str]
-) -> list[str]:
-    """Return the options for counts, for answers or for estimates, in this order."""
-    if likely.get("yes_count") and likely.get("n"):
-        return ["--yes-count", likely["yes_count"][0], "--n", likely["n"][0]]
+    likely: Mapping[str, Sequence[str]],
+    columns: Sequence[Column],
+    others: Sequence[Column],
+    questions: list[Question],
+) -> Given:
+    """Return the options for counts, for answers or for estimates, in this order.
+
+    If no column is named like answers, the only other column is proposed.
+    """
+    for pair in COUNTED:
+        if all(likely.get(name) for name in pair):
+            return {name: likely[name][0] for name in pair}
+    alone = [column for column in others if not NO_LEVELS.search(column.name)]
     for name in ("answer", "response"):
         found = [column for column in columns if column.name in likely.get(name, [])]
+        if not found and name == "response" and len(alone) == 1 and alone[0].distinct > 1:
+            found = alone
         if found:
             coded = name == "answer" or found[0].range is None or found[0].distinct <= CODES
-            option = "--answer" if coded else "--response"
-            return [option, _one("COLUMN", found, f"the answers ({option})", questions)]
-    questions.append(
-        "Which column contains the answers: estimates (--response), yes or no (--answer), or "
-        "counts (--yes-count and --n)? In a forced choice, add --alternatives 2 or 3."
-    )
-    return ["--response", "RESPONSE"]
+            option = "answer" if coded else "response"
+            return {option: _one(option, found, questions)}
+    questions.append(Question(option=RESULTS, candidates=tuple(others)))
+    return {"response": "RESPONSE"}
 
 
-def _one(unknown: str, found: Sequence[Column], what: str, questions: list[str]) -> str:
+def _one(option: str, found: Sequence[Column], questions: list[Question]) -> str:
     """Return the only candidate; for several or none, ask."""
-    if len(found) == 1:
-        return found[0].name
-    candidates = listed(f"{column.name} ({', '.join(column.values)})" for column in found)
-    questions.append(f"Which column contains {what}? {candidates or 'No column looks like it'}.")
-    return found[0].name if found else unknown
+    if len(found) != 1:
+        questions.append(Question(option=option, candidates=tuple(found)))
+    return found[0].name if found else "LEVEL" if option == "stimulus" else "COLUMN"

@@ -178,7 +178,7 @@ def test_the_other_channel_is_the_one_that_is_silent(card, calibration):
 
 
 @pytest.mark.parametrize(
-    "name, noted", [("pulse", True), ("default", True), ("USB (hw:1,0)", False)]
+    "name, noted", [("pulse", True), ("default", True), ("USB Audio (hw:1,0)", False)]
 )
 def test_a_device_whose_output_the_sound_server_can_move_is_noted(card, name, noted):
     card.name = name

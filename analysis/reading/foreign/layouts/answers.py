@@ -36,7 +36,7 @@ from slipscale.analysis.reading.foreign.layouts.layout import (
 )
 from slipscale.analysis.reading.meaning.units import column_name
 from slipscale.analysis.reading.table_lines import listed_lines
-from slipscale.analysis.reading.trial_tables import BLOCK, FACTOR, SERIES
+from slipscale.analysis.reading.trial_tables import BLOCK, FACTOR, IDENTITY, SERIES
 from slipscale.experiments.dataset.schema import PARTICIPANT
 from slipscale.faults import UserError
 
@@ -64,6 +64,9 @@ def convert_trials(rows: Rows) -> Mapping[str, pd.DataFrame]:
     mapping, problems = rows.mapping, rows.problems
     answered = RESPONSE not in rows.frame
     frame = _of_trials(rows)
+    # Labels become categories once, so that later steps compare numbers instead of texts.
+    names = [name for name in (*IDENTITY, BLOCK, "factor") if name in frame]
+    frame = frame.assign(**{name: tidied(frame[name]) for name in names})
     for name in (PARTICIPANT, "factor"):
         frame = _without_blanks(rows.of(frame), name)
     frame = in_order(frame, problems)
@@ -193,7 +196,6 @@ def _steps(frame: pd.DataFrame) -> pd.DataFrame:
     found = frame.copy()
     if REFERENCE not in found:
         found[REFERENCE] = 0.0
-    found[PARTICIPANT] = tidied(found[PARTICIPANT])
     for name, missing in (("session", ""), ("run", "1")):
         found[name] = labels(found, name, missing)
     return found.rename(columns={BLOCK: SERIES})

@@ -53,5 +53,6 @@ def one_row_per_answer(rows: Rows) -> pd.DataFrame:
             cells=cells,
         )
     times = np.stack([yes, n - yes], axis=1).astype(int).ravel()
-    every = frame.loc[frame.index.repeat(2)].assign(**{ANSWER: ["yes", "no"] * len(frame)})
-    return every.iloc[np.repeat(np.arange(len(every)), times)].reset_index(drop=True)
+    rows_of_counts = np.repeat(np.arange(2 * len(frame)), times)
+    every = frame.iloc[rows_of_counts // 2].reset_index(drop=True)
+    return every.assign(**{ANSWER: 1 - rows_of_counts % 2})

@@ -86,6 +86,30 @@ def test_a_folder_without_a_readable_table_says_why(tmp_path):
         load(tmp_path, mapping(response="loudness"))
 
 
+@pytest.mark.parametrize("in_names", [True, False])
+def test_labels_that_differ_in_zeros_are_not_silently_two_people(tmp_path, in_names):
+    """Of one file they are refused; labels from several files have no file in common."""
+
+    def read(*people):
+        folder = tmp_path / "_".join(people)
+        folder.mkdir()
+        for place, who in enumerate(people):
+            frame = pd.DataFrame({"level": [1, 2, 4], "rating": [1, 5, 9]})
+            if not in_names:
+                frame["who"] = who
+            frame.to_csv(folder / (f"{who}.csv" if in_names else f"{place}.csv"), index=False)
+        own = {"participant_from_name": ""} if in_names else {"participant": "who"}
+        return load(folder, stimulus="level", response="rating", **own)
+
+    with pytest.raises(UserError, match="'01' and '1' represent the same number"):
+        read("01", "1", "2")
+    data = read("s01", "s1")
+    assert data.people == {"s01", "s1"}
+    (note,) = [each for each in data.problems if "same number" in each]
+    assert note.startswith("all files, column")
+    assert not [each for each in read("a", "b").problems if "column" in each]
+
+
 def test_unfinished_and_empty_runs_are_counted(tmp_path):
     folder(tmp_path)
     ROWS.head(5).to_csv(tmp_path / "p4.csv", index=False)

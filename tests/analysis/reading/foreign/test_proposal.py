@@ -23,6 +23,18 @@ TRIALS = pd.DataFrame(
 
 
 DATA = [Path("data.csv")]
+EVENTS = pd.DataFrame(
+    {
+        "onset": [1.0, 2.0, 3.0, 4.0],
+        "duration": 1,
+        "trial_type": ["heat", "rate"] * 2,
+        "temperature": [44, None, 45, None],
+        "rating": [None, 9.1, None, 19.3],
+    }
+)
+CHOICES = pd.DataFrame(
+    {"judge": list("aab"), "one": list("xyz"), "two": list("yzx"), "best": list("xzx")}
+)
 
 
 @pytest.mark.parametrize(
@@ -49,6 +61,32 @@ DATA = [Path("data.csv")]
             ),
             "--stimulus level --answer k.corr",
         ),
+        (EVENTS, "--stimulus temperature --response rating --rows-of trial_type=heat,rate"),
+        (CHOICES, "--participant judge --first one --second two --chosen best"),
+        (
+            CHOICES.assign(best=["left", "right", "left"]),
+            "--participant judge --first one --second two --chosen best",
+        ),
+        (
+            pd.DataFrame({"who": list("abc"), "L2": [3, 5, 4], "L4": [6, 7, 9], "L8": 9, "n": 9}),
+            "--participant who --levels L2 L4 L8 --n n",
+        ),
+        (
+            pd.DataFrame({"mm": [1, 2, 4], "s1": [3, 5, 8], "s2": [2, 6, 9]}),
+            "--people-in-columns --stimulus mm",
+        ),
+        (
+            pd.DataFrame({"x": [1, 2, 4], "percent": [30, 50, 80], "n_trials": 20}),
+            "--stimulus x --percent percent --n n_trials",
+        ),
+        (
+            pd.DataFrame({"x": [1, 2, 4], "n_correct": [3, 5, 8], "n_wrong": [7, 5, 2]}),
+            "--stimulus x --yes-count n_correct --no-count n_wrong",
+        ),
+        (
+            pd.DataFrame({"x": [1, 2, 4], "outcome": ["hit", "late", "miss"]}),
+            "--stimulus x --answer outcome --yes CODE",
+        ),
         (  # PsychoPy's rows of other routines have no level.
             pd.DataFrame({"size": ["1", None, "2", "4"], "felt": ["1", None, "0", "1"]}),
             "--stimulus size --answer felt",
@@ -73,12 +111,12 @@ def test_what_a_table_reveals_is_proposed(frame, expected):
 
 def test_what_a_table_does_not_reveal_is_asked_for_with_the_candidates():
     found = propose(TRIALS.assign(other=[1, 2, 3] * 8), DATA, DATA)
-    assert found.questions == (
+    assert [*map(str, found.questions)] == [
         "Which column contains the levels (--stimulus)? size (1, 2, 4, 8), other (1, 2, 3).",
-    )
+    ]
     found = propose(TRIALS[["size"]], DATA, DATA * 2)
     assert "--participant-from-name" in found.command
-    assert found.questions[0].startswith("Which column contains the answers")
+    assert str(found.questions[0]).startswith("Which column contains the answers")
 
 
 def test_every_preset_can_be_reached():
