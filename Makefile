@@ -11,6 +11,7 @@
 # make benchmarks  each quick benchmark's ratio beside the recorded one
 # make windows  signals and lost displays in real windows: make windows ARGS="--signals 5000"
 # make soak     an eight-hour day in one process, in short: make soak ARGS="--hours 8"
+# make disk     every call that writes to a data set fails once, or from then on
 # make unattended  sessions that are killed, stopped, out of memory: make unattended ARGS="--times 50"
 # make reliability  every line of docs/validation/index.md
 # make setup   the environment of a laboratory's computer, in .venv: sessions and their analysis
@@ -19,7 +20,7 @@ BIN = .venv/bin
 ARGS ?=
 WORKERS ?= logical
 
-.PHONY: set-pilot set-session set-test setup pilot test lint platforms docs pictures torture windows fuzz soak unattended reliability benchmarks coverage requirements sbom audit
+.PHONY: set-pilot set-session set-test setup pilot test lint platforms docs pictures torture windows fuzz soak unattended disk reliability benchmarks coverage requirements sbom audit
 # Each set of packages contains the one before: pilot, session, test.
 set-pilot set-session set-test: set-%:
 	@$(PYTHON) tools/setup.py $*
@@ -89,6 +90,9 @@ soak: set-test
 
 unattended: set-test
 	$(BIN)/python -m tools.campaigns unattended $(ARGS)
+
+disk: set-test
+	$(BIN)/python -m tools.campaigns disk $(ARGS)
 
 # Exit status 1 if a ratio is more than 30 % worse; new figures: make benchmarks ARGS=--write
 benchmarks: set-test

@@ -293,6 +293,14 @@ def call(name: str, words: list[str]) -> int:
     except (UserError, RigError) as error:
         status = USER_FAULT if isinstance(error, UserError) else RIG_FAULT
         return _failed(name, str(error), status, verbose=verbose)
+    except OSError as error:
+        # Commands name the file and a remedy; this is for a disk that fails in the middle of one.
+        fault = UserError(
+            "{name}: cannot be read or written ({reason}); check the disk, then repeat the command",
+            name=error.filename or "a file",
+            reason=error.strerror or repr(error),
+        )
+        return _failed(name, str(fault), USER_FAULT, verbose=verbose)
     except KeyboardInterrupt:
         return _failed(name, "interrupted", INTERRUPTED)
     except EOFError:

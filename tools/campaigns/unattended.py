@@ -350,7 +350,8 @@ def run(args: Namespace) -> tuple[int, str]:
                 print("sound card: left out, because there is no sound server")
                 continue
             for cause in args.cause or CAUSES:
-                found, ended = [], 0
+                found: list[float] = []
+                ended = 0
                 while len(found) < args.times:
                     if (on_s := once(device, cause, context)) is None:
                         ended += 1

@@ -98,6 +98,18 @@ def test_a_new_study_is_valid_and_never_overwrites(capsys, tmp_path):
     assert (status, "already exists" in err) == (2, True)
 
 
+def test_a_disk_that_fails_while_a_page_is_written_is_one_sentence(capsys, tmp_path, monkeypatch):
+    (tmp_path / "t.csv").write_text("label,n,mean,sd,scale_maximum\na,5,2.40,1.14,9\n")
+
+    def full(*_):
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    monkeypatch.setattr("slipscale.analysis.reconstruction_page.page.render", full)
+    page = str(tmp_path / "p.html")
+    status, _, err = run(capsys, "reconstruct", str(tmp_path / "t.csv"), "--html", page)
+    assert (status, "a file: cannot be read or written (No space left" in err) == (2, True)
+
+
 def test_a_full_disk_leaves_no_half_a_study_file(capsys, tmp_path, monkeypatch):
     def full(self, content, **_):
         self.touch()

@@ -1,8 +1,8 @@
 """Let the n-th call that writes to a data set fail, in a library below Python.
 
-Usage: ``python -m tools.campaigns disk`` (some minutes). Requires Linux and gcc. The library
-(``failing_disk.c``) counts the calls below a folder that write, create, rename, truncate, flush or
-remove files. One of them fails in each case:
+Usage: ``make disk``, ``make disk ARGS="--places 8 --study matching"`` (some minutes). Requires
+Linux and gcc. The library (``failing_disk.c``) counts the calls below a folder that write, create,
+rename, truncate, flush or remove files. One of them fails in each case:
 
 - ``EIO``: this call only; ``EIO from then on``: also all that follow, as on a broken disk,
 - ``ENOSPC from then on``: the disk is full; removing still works,
@@ -25,7 +25,6 @@ from collections.abc import Callable
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from slipscale.experiments.study.file import shipped_studies
 from slipscale.faults import RigError, UserError
 from tools.campaigns.torture.pilots import Outcome, looked_up_once, plans_of
 from tools.campaigns.torture.system_calls import Strike, strike_campaign
@@ -68,15 +67,15 @@ def library(folder: Path) -> Path:
 
 def add_arguments(parser: ArgumentParser) -> None:
     """Add the arguments of the campaign."""
-    parser.add_argument("--places", type=int, default=10, help="calls per command (0: all)")
-    parser.add_argument("--study", action="append", help="study to run (default: all)")
+    parser.add_argument("--places", type=int, default=3, help="calls per command (0: all)")
+    parser.add_argument("--study", action="append", help="study to run (default: biet2007)")
 
 
 def run(args: Namespace) -> tuple[int, str]:
     """Run the campaign in a process with the library below it."""
     with TemporaryDirectory(prefix="slipscale-disk-") as folder:
         env = {**os.environ, "LD_PRELOAD": str(library(Path(folder)))}
-        words = json.dumps([args.places, args.study or list(shipped_studies())])
+        words = json.dumps([args.places, args.study or ["biet2007"]])
         command = [sys.executable, "-m", __name__, words]
         done = subprocess.run(command, env=env, stdout=subprocess.PIPE, text=True, check=False)
     print(done.stdout, end="")
