@@ -13,6 +13,7 @@ from slipscale.analysis.cli.analyse import add_analyse, paths_of
 from slipscale.analysis.cli.mapping_arguments import mapping_from
 from slipscale.analysis.load import load
 from slipscale.analysis.tasks.scales.statistics import scales
+from slipscale.analysis.tasks.thresholds import section
 from slipscale.analysis.tasks.thresholds.statistics import thresholds
 
 #: Tables of the same layouts, which are kept next to some checkouts.
@@ -369,6 +370,9 @@ def test_offsets_in_two_conditions_have_different_points_of_equality(of_others, 
         {"moving": 0.6745 * 1.4, "still": 0.6745 * 0.8}, rel=0.2
     )
     assert slopes.contrasts[0].p_holm < 0.05
+    shown = " ".join(section.blocks(found, {}, 95, data.quantity))
+    assert "Change: ratio of slopes." in shown
+    assert "Slope by" in shown and shown.count("still compared with moving") == 2
     assert data.quantity.unit == "mm"
 
 
