@@ -52,14 +52,18 @@ def written(example, folder):
         frame = pd.DataFrame(pairs, columns=header[:3])
         later = frame["who"].isin(["a", "b", "c", "d"])
         frame["chosen"] = np.where(later, frame[header[1]], frame[header[2]])
-        frame["apart"] = 3 + (frame[header[2]].map(ITEMS.index) - frame[header[1]].map(ITEMS.index)) ** 2
+        frame["apart"] = (
+            3 + (frame[header[2]].map(ITEMS.index) - frame[header[1]].map(ITEMS.index)) ** 2
+        )
         frame = frame[header]
     elif "loud" in header:
         frame = frame.assign(loud=4 * frame["level"] + frame["who"].map(PEOPLE.index))
     elif "offset" in header:
         frame, _ = trials(levels=(-2, -1, 0, 1, 2))
         place = frame.groupby(["who", "level"]).cumcount()
-        said = np.where(place < [[1, 3, 4, 7, 9][level + 2] for level in frame["level"]], "right", "left")
+        said = np.where(
+            place < [[1, 3, 4, 7, 9][level + 2] for level in frame["level"]], "right", "left"
+        )
         frame = frame.assign(offset=frame["level"], said=said, cond="still")
         frame = pd.concat([frame, frame.assign(cond="moving", offset=2 * frame["offset"])])
         frame = frame[header]
@@ -92,10 +96,10 @@ def written(example, folder):
     else:
         four = [
             (a, b, c, d)
-            for a in range(1, 7)
-            for b in range(a + 1, 7)
-            for c in range(b, 7)
-            for d in range(c + 1, 7)
+            for a in range(1, 8)
+            for b in range(a + 1, 8)
+            for c in range(b + 1, 8)
+            for d in range(c + 1, 8)
         ]
         frame = pd.DataFrame(four, columns=header[:4])
         frame = pd.concat([frame] * 3, ignore_index=True)

@@ -388,3 +388,14 @@ def test_stimuli_and_answers_in_separate_rows_are_joined(of_others, monkeypatch)
     means = data.estimates.groupby("level")["estimate"].mean()
     assert means.index.tolist() == [44, 45, 46, 47, 48]
     assert means.is_monotonic_increasing
+
+
+@pytest.mark.parametrize("n", ["20", "of"])
+def test_the_number_of_answers_is_no_person_in_a_column(tmp_path, n):
+    """The stated number was one more person, who was always right."""
+    text = "level,a,b,of\n1,9,8,20\n2,14,12,20\n4,18,17,20\n"
+    lines = text.splitlines() if n == "of" else [each.rpartition(",")[0] for each in text.split()]
+    (tmp_path / "t.csv").write_text("\n".join(lines))
+    data = load(tmp_path / "t.csv", people_in_columns=True, stimulus="level", n=n)
+    assert data.people == {"a", "b"}
+    assert len(data) == 2 * 3 * 20
