@@ -1,6 +1,7 @@
 # make pilot   the paper's whole study, simulated      make pilot ARGS="--participants 4 --seed 1"
 # make test    all tests, in random order; in an earlier run's order: make test ARGS="--randomly-seed=N"
 # make lint    lint, types, import layers, how we write
+# make platforms  types on Windows and macOS
 # make docs    the documentation site, in build/site: open build/site/index.html
 # make coverage  how much of some rooms their tests reach; all: make coverage COVERED="analysis experiments hardware stimuli"
 # make torture  the campaign of kills and disk faults (minutes)
@@ -18,7 +19,7 @@ BIN = .venv/bin
 ARGS ?=
 WORKERS ?= logical
 
-.PHONY: set-pilot set-session set-test setup pilot test lint docs pictures torture windows fuzz soak unattended reliability benchmarks coverage requirements sbom audit
+.PHONY: set-pilot set-session set-test setup pilot test lint platforms docs pictures torture windows fuzz soak unattended reliability benchmarks coverage requirements sbom audit
 # Each set of packages contains the one before: pilot, session, test.
 set-pilot set-session set-test: set-%:
 	@$(PYTHON) tools/setup.py $*
@@ -38,7 +39,7 @@ test:
 	$(PYTHON) tools/setup.py test || exit; \
 	[ -d .pytest_cache ] || $(BIN)/python -m pytest --collect-only -qq >/dev/null 2>&1; \
 	wait $$packages || exit; \
-	$(BIN)/python -m pytest -n $(WORKERS) --dist worksteal --durations 30 --durations-min 1 $(ARGS)
+	$(BIN)/python -m tests.support.parts -n $(WORKERS) --durations 30 --durations-min 1 $(ARGS)
 
 lint: set-test
 	$(BIN)/ruff check .
@@ -48,6 +49,11 @@ lint: set-test
 	$(BIN)/python -m tools.prose
 	@mkdir -p build
 	@$(BIN)/pip-licenses --output-file build/licences.md
+
+# Types as Windows and macOS have them; their systems lack modules that Linux has.
+platforms: set-test
+	$(BIN)/mypy --platform win32 --no-warn-unreachable --cache-dir .mypy_cache/win32 src/slipscale
+	$(BIN)/mypy --platform darwin --no-warn-unreachable --cache-dir .mypy_cache/darwin src/slipscale
 
 # Tracing makes Python 3.11 some 70 % slower: CI prints the figure of rooms whose tests are quick.
 COVERED = stimuli experiments/protocols experiments/study experiments/dataset experiments/journal

@@ -64,7 +64,8 @@ def decisions(study: ProtocolStudy, population: Population, people: int, seed: i
             names = {"participant_id": f"sub-{number:02d}", "session": "", "factor: hand": hand}
             trials.append(choices.assign(**names))
     method = next(each.method for each in answers if each)
-    logs = np.log(thresholds_of(answers, points=True)).reshape(people, len(HANDS))
+    found = thresholds_of(answers, AnalysisChoices(), points=True)
+    logs = np.log(found).reshape(people, len(HANDS))
     changes = (logs[:, 1] - logs[:, 0])[np.isfinite(logs).all(axis=1)]
     table = pd.concat(trials, ignore_index=True)
     table = table[table["correct"].notna()].astype({"correct": bool})

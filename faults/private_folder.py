@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import stat
+import sys
 from pathlib import Path
 
 from slipscale.faults import UserError
@@ -48,7 +49,7 @@ def write_private(path: Path, text: str) -> None:
 
 def _is_private(folder: Path) -> bool:
     """Return whether a path is a real folder that only this user can access."""
-    if os.name != "posix":
+    if sys.platform == "win32":
         return True
     found = folder.lstat()
     closed = not found.st_mode & (stat.S_IRWXG | stat.S_IRWXO)

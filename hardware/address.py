@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -123,9 +123,12 @@ def calibration(text: str) -> Calibration:
 class Plate:
     """Limits, calibration and plate file of the plate in an address."""
 
-    limits: PlateLimits
-    calibration: Calibration | None
-    file: PlateFile | None
+    limits: PlateLimits = field(default_factory=PlateLimits)
+    calibration: Calibration | None = None
+    file: PlateFile | None = None
+
+
+DEFAULT_PLATE = Plate()
 
 
 def plate_file(text: str) -> tuple[PlateFile, Calibration | None]:
@@ -155,7 +158,7 @@ def plate_of(options: Mapping[str, Any], *, backend: str, simulated: bool = Fals
                 backend=backend,
                 faults=faults,
             )
-        return Plate(limits=PlateLimits(), calibration=given, file=None)
+        return Plate(calibration=given)
     if file.wiring.backend != backend and not simulated:
         raise UserError(
             "plate '{backend}': the plate file of '{identity_name}' is for backend "

@@ -36,17 +36,15 @@ from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 from slipscale.faults import UserError
 from slipscale.faults.message import Message
-from slipscale.hardware.calibration.device_check import check_device
+from slipscale.hardware.address import DEFAULT_PLATE, Plate
+from slipscale.hardware.calibration.device_check import check_device, check_same_device
 from slipscale.hardware.errors import ConnectionLost, Late, NotReached, OverLimit, PlateRefused
-from slipscale.hardware.limits import PlateLimits
 from slipscale.hardware.output.state import GuardedOutput
 from slipscale.hardware.records import Output, PlateIdentity, Presentation, Readback
 from slipscale.stimuli.modulation import DEFAULT_MODULATOR, Loop, Modulator
 
 if TYPE_CHECKING:
-    from slipscale.hardware.calibration.record import Calibration
     from slipscale.hardware.clock import Clock
-    from slipscale.hardware.plate_file import PlateFile
     from slipscale.stimuli.surface import Sensor, Surface
 
 PROVING = ("measured", "applied")  # kinds of readback that can reveal a wrong amplitude
@@ -61,12 +59,9 @@ class PlateDriver(GuardedOutput):
     ----------
     clock : Clock
         Clock for the time stamps of readbacks and for the duration of vibration.
-    limits : PlateLimits
-        Limits enforced by the driver.
-    calibration : Calibration
-        Calibration; the plate is limited to the calibrated range.
-    plate_file : PlateFile
-        Plate file with limits and calibration, if any; stored with the data.
+    plate : Plate
+        Limits that the driver enforces, the calibration, which narrows them, and the plate file,
+        which is stored with the data.
 
     Attributes
     ----------
@@ -112,15 +107,13 @@ class PlateDriver(GuardedOutput):
         self,
         *,
         clock: Clock,
-        limits: PlateLimits | None = None,
-        calibration: Calibration | None = None,
-        plate_file: PlateFile | None = None,
+        plate: Plate = DEFAULT_PLATE,
     ) -> None:
-        limits = limits or PlateLimits()
-        self.largest_level = limits.level
-        super().__init__(clock, calibration.narrow(limits) if calibration else limits)
-        self.calibration = calibration
-        self.plate_file = plate_file
+        self.largest_level = plate.limits.level
+        narrowed = plate.calibration.narrow(plate.limits) if plate.calibration else plate.limits
+        super().__init__(clock, narrowed)
+        self.calibration = plate.calibration
+        self.plate_file = plate.file
         self.notes: tuple[str, ...] = ()
         self.identity: PlateIdentity | None = None
         self.second_level = 0.0
@@ -135,14 +128,17 @@ class PlateDriver(GuardedOutput):
         Raises
         ------
         WrongDevice
-            If the calibration is for another device, plate or backend.
+            If the calibration is for another device, plate or backend, or if an earlier connection
+            was to another device.
         UserError
             If the calibration is too old or dated in the future.
         """
         self._opened, self.output = False, Output.UNREACHABLE
         try:
             self._start_guard()
-            self.identity = self._connect()
+            identity = self._connect()
+            check_same_device(self.identity, identity)
+            self.identity = identity
             self._opened, self.output = True, Output.OFF
             self.notes = (*self._unattended_notes(), *self._check_identity(self.identity))
         except BaseException:

@@ -132,9 +132,10 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.sample is not None:
         _announce(columns)
         _sample(columns, arguments)
-        return _status(columns)
-    impossible = _answer(table, columns, design, arguments)
-    return max(_status(columns), ANSWER_IS_NO if impossible else DONE)
+        return _status(columns, [each for each in columns if each.refused])
+    if _answer(table, columns, design, arguments):
+        return ANSWER_IS_NO
+    return _status(columns, [each for each in columns if each.refused and not each.witness])
 
 
 def _answer_intervals(table: PublishedTable, arguments: argparse.Namespace) -> int:
@@ -327,21 +328,23 @@ def _usable(columns: list[Solutions]) -> list[Solutions]:
     return [solutions for solutions in columns if not solutions.not_drawn and solutions.consistent]
 
 
-def _status(columns: list[Solutions]) -> int:
-    """Return the exit status: 0 if all columns are consistent, otherwise 1.
+def _status(columns: list[Solutions], unanswered: list[Solutions]) -> int:
+    """Return the exit status: 1 if a column is inconsistent, otherwise 0.
 
     Raises
     ------
     UserError
-        If the data sets of a column could not be counted. This error is raised after all answers
-        have been written.
+        If no column is inconsistent, but some are ``unanswered`` because their data sets could not
+        be counted. This error is raised after all answers have been written.
     """
-    if refused := [solutions for solutions in columns if solutions.refused]:
-        labels = ", ".join(f"'{solutions.column.label}'" for solutions in refused)
+    if not all(solutions.refused or solutions.consistent for solutions in columns):
+        return ANSWER_IS_NO
+    if unanswered:
+        labels = ", ".join(f"'{solutions.column.label}'" for solutions in unanswered)
         raise UserError(
-            "column {labels} not counted: {reason}", labels=labels, reason=refused[0].refused
+            "column {labels} not counted: {reason}", labels=labels, reason=unanswered[0].refused
         )
-    return DONE if all(solutions.consistent for solutions in columns) else ANSWER_IS_NO
+    return DONE
 
 
 def _write_samples(

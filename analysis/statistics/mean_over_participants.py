@@ -17,8 +17,8 @@ from slipscale.analysis.statistics.not_computed import NotComputed
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class MeanOverParticipants:
-    """A mean across participants, with its interval and its t test against 0.
+class EstimatedMean:
+    """A mean across participants with its interval, if a test against 0 is meaningless.
 
     Parameters
     ----------
@@ -26,20 +26,32 @@ class MeanOverParticipants:
         Mean and sample standard deviation (n - 1), in the unit of the values.
     interval : ConfidenceInterval
         t-based confidence interval for the mean.
-    t, df, p : float, int, float
-        Two-sided t test of the mean against 0.
     """
 
     mean: float
     interval: ConfidenceInterval
     sd: float
-    t: float
-    df: int
-    p: float
 
     def json_form(self) -> Mapping[str, object]:
         """Return a dictionary with the keys used in the JSON output."""
         return renamed(self, interval="ci")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MeanOverParticipants(EstimatedMean):
+    """A mean across participants, with its interval and its t test against 0.
+
+    Parameters
+    ----------
+    mean, sd, interval : object
+        See `EstimatedMean`.
+    t, df, p : float, int, float
+        Two-sided t test of the mean against 0.
+    """
+
+    t: float
+    df: int
+    p: float
 
 
 def mean_over_participants(
@@ -77,6 +89,21 @@ def mean_over_participants(
         df=len(values) - 1,
         p=float(found.pvalue),
     )
+
+
+def estimated_mean(
+    values: NDArray[np.float64],
+    confidence: float,
+    possible: tuple[float, float] = (-inf, inf),
+) -> EstimatedMean | NotComputed:
+    """Return what `mean_over_participants` returns, without the test.
+
+    Use it for values that differ from 0 by nature, such as times and thresholds.
+    """
+    found = mean_over_participants(values, confidence, possible)
+    if not found:
+        return found
+    return EstimatedMean(mean=found.mean, interval=found.interval, sd=found.sd)
 
 
 def unbounded(

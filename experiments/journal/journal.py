@@ -308,8 +308,11 @@ class Journal:
         if not self._in_place():
             self._unfinished = False
             return
-        self.records[:], length = read_records(self.path)
-        self._cut(length)
+        try:
+            self.records[:], length = read_records(self.path)
+            self._cut(length)
+        except OSError as error:
+            raise self._not_written(error) from None
 
     def _cut(self, length: int) -> None:
         """Truncate the file after its intact part, and continue writing there."""

@@ -9,6 +9,7 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
+from slipscale import __version__
 from slipscale.experiments.journal.reading import (
     Damage,
     Reading,
@@ -60,6 +61,17 @@ def read_plan(path: Path) -> tuple[RunPlan, list[Record]]:
             "journal {path} is empty; start the run again with slipscale run", path=path
         )
     _, damage = checked(records)
+    theirs = records[0].data.get("software")
+    if damage and isinstance(theirs, dict) and theirs.get("slipscale") != __version__:
+        raise UserError(
+            "journal {path}, line {line}: not a record of this version of Slipscale, {ours} "
+            "({reason}); continue with version {theirs}, which began the run",
+            path=path,
+            line=damage[0].line,
+            ours=__version__,
+            reason=damage[0].reason,
+            theirs=theirs.get("slipscale"),
+        )
     if damage:
         raise damaged(path, damage[0])
     return plan_from(records[0]), records

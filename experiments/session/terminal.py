@@ -30,6 +30,8 @@ from slipscale.hardware.errors import StillVibrating
 ENTER, ESCAPE, BACKSPACE = "\r\n", "\x1b", "\x7f\b"
 # A key: one character, or the complete escape sequence of an arrow or function key.
 KEY = re.compile(r"\x1b[\[O][0-9;]*[A-Za-z~]|.", re.DOTALL)
+# A session draws the entry and takes one key per frame, so a pasted text must not grow without end.
+LONGEST_ENTRY, READ_B = 2000, 65_536
 
 STATES: dict[State, tuple[str, str]] = {
     "showing": ("screen", "cyan"),
@@ -249,6 +251,8 @@ class TerminalOperator:
             self._prompt = None
         elif key in BACKSPACE:
             prompt.typed = prompt.typed[:-1]
+        elif len(prompt.typed) == LONGEST_ENTRY:
+            prompt.told = f"expected {LONGEST_ENTRY} characters or fewer"
         elif key.isprintable():
             prompt.typed += key
         self._draw()
@@ -315,14 +319,18 @@ class Keys:
 
     def __enter__(self) -> Self:
         if self._stream is not None and self._stream.isatty():
-            self._read = self._windows() if os.name == "nt" else self._posix(self._stream.fileno())
+            self._read = self._keys(self._stream.fileno())
         return self
 
     def __exit__(self, *_error: object) -> None:
         self._stack.close()
 
-    def _posix(self, descriptor: int) -> Callable[[], str]:
-        # These modules exist only on Unix; `_windows` uses msvcrt.
+    def _keys(self, descriptor: int) -> Callable[[], str]:
+        # Each system has modules of its own.
+        if sys.platform == "win32":
+            import msvcrt
+
+            return lambda: msvcrt.getwch() if msvcrt.kbhit() else ""
         import select
         import termios
         import tty
@@ -340,14 +348,9 @@ class Keys:
             # Keys are not read while a surface is being presented, so presses may be queued.
             ready, _, _ = select.select([descriptor], [], [], 0)
             if ready:
-                waiting.extend(KEY.findall(decoder.decode(os.read(descriptor, 1024))))
+                waiting.extend(KEY.findall(decoder.decode(os.read(descriptor, READ_B))))
+            if len(waiting) > LONGEST_ENTRY:  # Nobody pressed these keys one by one.
+                waiting.clear()
             return waiting.popleft() if waiting else ""
 
         return read
-
-    def _windows(self) -> Callable[[], str]:
-        import msvcrt
-
-        kbhit: Callable[[], bool] = msvcrt.kbhit  # type: ignore[attr-defined]  # Windows only
-        getwch: Callable[[], str] = msvcrt.getwch  # type: ignore[attr-defined]  # Windows only
-        return lambda: getwch() if kbhit() else ""

@@ -89,7 +89,7 @@ class DaqOutput(PlateDriver):
     def __init__(
         self, channel: str, options: dict[str, Any], *, clock: Clock, plate: addresses.Plate
     ) -> None:
-        super().__init__(clock=clock, limits=plate.limits, plate_file=plate.file)
+        super().__init__(clock=clock, plate=plate)
         self._channel, self._readback = channel, options.get("readback")
         self._level_per_v: float = options["per_volt"]
         self._frequency_hz: float = options["frequency"]

@@ -52,9 +52,6 @@ from slipscale.stimuli.modulation import along_edge
 
 if TYPE_CHECKING:
     from slipscale.hardware.backends.drive_of_level import DriveOfLevel
-    from slipscale.hardware.calibration.record import Calibration
-    from slipscale.hardware.limits import PlateLimits
-    from slipscale.hardware.plate_file import PlateFile
 
 RAMP_S, RAMP_STEPS = 0.03, 10
 VPP_PER_V_PEAK = 2.0
@@ -77,12 +74,9 @@ class FunctionGenerator(PlateDriver):
         Connection to the generator, not yet opened.
     clock : Clock
         Clock for the time stamps of readbacks.
-    limits : PlateLimits
-        Limits at the plate.
-    calibration : Calibration
-        Calibration of the plate; required for surfaces, but not for `excite`.
-    plate_file : PlateFile
-        Plate file, which is stored with the data and may define the gain.
+    plate : Plate
+        Limits at the plate, its calibration, which is required for surfaces but not for `excite`,
+        and its file, which may define the gain.
     amplifier_gain : float
         Volts at the plate per volt of the generator; by default, the gain in the calibration.
     channel : int
@@ -107,16 +101,14 @@ class FunctionGenerator(PlateDriver):
         line: Line,
         *,
         clock: Clock,
-        limits: PlateLimits | None = None,
-        calibration: Calibration | None = None,
-        plate_file: PlateFile | None = None,
+        plate: addresses.Plate = addresses.DEFAULT_PLATE,
         amplifier_gain: float | None = None,
         channel: int = 1,
         dialect: Dialect | None = None,
         drive: DriveOfLevel | None = None,
     ) -> None:
-        super().__init__(clock=clock, limits=limits, calibration=calibration, plate_file=plate_file)
-        self._level_drive = drive or drive_of_level.calibrated(calibration)
+        super().__init__(clock=clock, plate=plate)
+        self._level_drive = drive or drive_of_level.calibrated(plate.calibration)
         self.limits = replace(self.limits, voltage_v=drive_of_level.largest_v_peak(self.limits))
         self._output = GeneratorOutput(line, channel, dialect)
         if isinstance(line, RelayedLine):
@@ -124,11 +116,9 @@ class FunctionGenerator(PlateDriver):
             held = partial(GuardedGenerator, line.resource, channel, dialect)
             self.unattended = Guarded(held)
             self.instrument = f"{line.resource}, channel {channel}"
-        wired = plate_file.wiring.amplifier_gain if plate_file else None
         self.amplifier_gain = agreed_gain(
             amplifier_gain,
-            wired,
-            calibration,
+            plate,
             unknown="plate 'scpi': the amplifier's gain is unknown; set it in the SPEC, for "
             "example "
             "gain=20 (gain=1 if there is no amplifier)",
@@ -271,9 +261,7 @@ def open_plate(address: str, *, clock: Clock, seed: int) -> PlateDriver:  # noqa
     plate_driver = FunctionGenerator(
         RelayedLine(resource),
         clock=clock,
-        limits=plate.limits,
-        calibration=plate.calibration,
-        plate_file=plate.file,
+        plate=plate,
         amplifier_gain=options.get("gain"),
         channel=channel,
         dialect=options.get("dialect"),

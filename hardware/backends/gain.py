@@ -8,20 +8,18 @@ from typing import TYPE_CHECKING
 from slipscale.faults import UserError
 
 if TYPE_CHECKING:
-    from slipscale.hardware.calibration.record import Calibration
+    from slipscale.hardware.address import Plate
 
 
-def agreed_gain(
-    given: float | None, wired: float | None, calibration: Calibration | None, *, unknown: str
-) -> float:
+def agreed_gain(given: float | None, plate: Plate, *, unknown: str) -> float:
     """Return the gain on which all given sources agree.
 
     Parameters
     ----------
-    given, wired : float
-        Gains in the SPEC and in the plate file.
-    calibration : Calibration
-        Calibration, which records the gain that was used to make it.
+    given : float
+        Gain in the SPEC.
+    plate : Plate
+        Plate, whose file may state a gain; its calibration records the gain it was made with.
     unknown : str
         Error message if no source defines the gain. It must start with the backend's name and a
         colon.
@@ -31,7 +29,8 @@ def agreed_gain(
     UserError
         If the gain is unknown, or two sources disagree.
     """
-    calibrated = calibration.drive.amplifier_gain if calibration else None
+    wired = plate.file.wiring.amplifier_gain if plate.file else None
+    calibrated = plate.calibration.drive.amplifier_gain if plate.calibration else None
     stated = {
         source: gain
         for source, gain in (

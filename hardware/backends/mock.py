@@ -44,9 +44,7 @@ from slipscale.hardware.records import PlateIdentity, Presentation, Readback
 from slipscale.stimuli.modulation import Loop, Modulator, along_edge
 
 if TYPE_CHECKING:
-    from slipscale.hardware.calibration.record import Calibration
     from slipscale.hardware.clock import Clock
-    from slipscale.hardware.plate_file import PlateFile
     from slipscale.stimuli.quantity import Quantity
 
 RAMP_S = 0.025  # raised cosine, to avoid a click
@@ -81,12 +79,8 @@ class MockPlate(PlateDriver):
         Clock for ramps and settling; with a virtual clock, nothing waits.
     twin : Twin
         Simulated dynamics of the plate.
-    limits : PlateLimits
-        Limits of the plate.
-    calibration : Calibration
-        Calibration; the plate is limited to the calibrated range.
-    plate_file : PlateFile
-        Plate file, which is stored with the data.
+    plate : Plate
+        Limits, calibration and file of the plate.
     injections : iterable of Injection
         Faults to inject.
     """
@@ -101,12 +95,10 @@ class MockPlate(PlateDriver):
         *,
         clock: Clock,
         twin: Twin | None = None,
-        limits: PlateLimits | None = None,
-        calibration: Calibration | None = None,
-        plate_file: PlateFile | None = None,
+        plate: addresses.Plate = addresses.DEFAULT_PLATE,
         injections: Iterable[Injection] = (),
     ) -> None:
-        super().__init__(clock=clock, limits=limits, calibration=calibration, plate_file=plate_file)
+        super().__init__(clock=clock, plate=plate)
         self.twin = twin or Twin(voltage_limit_v=self.limits.voltage_v)
         resonator = self.twin.resonator
         self.modulator = Modulator(
@@ -268,22 +260,20 @@ def open_plate(address: str, *, clock: Clock, seed: int) -> PlateDriver:
     UserError
         If the address contains an unknown option.
     """
-    _, options, found = addresses.opened(address, MockPlate.name, OPTIONS, simulated=True)
+    _, options, plate = addresses.opened(address, MockPlate.name, OPTIONS, simulated=True)
     twin = Twin(
         seed=seed,
         resonator=Resonator(quality_factor=options.get("q", Resonator().quality_factor)),
         finger=FingerLoad(loss=options.get("finger", 0.0)),
-        voltage_limit_v=found.limits.voltage_v,
+        voltage_limit_v=plate.limits.voltage_v,
         **({"noise_um": options["noise"]} if "noise" in options else {}),
     )
-    plate = MockPlate(
+    made = MockPlate(
         clock=clock,
         twin=twin,
-        limits=found.limits,
-        calibration=found.calibration,
-        plate_file=found.file,
+        plate=plate,
         injections=options.get("fault", ()),
     )
     if "guard" in options:
-        plate.unattended = Guarded(partial(GuardRecorder, options["guard"]))
-    return plate
+        made.unattended = Guarded(partial(GuardRecorder, options["guard"]))
+    return made

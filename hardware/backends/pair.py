@@ -18,7 +18,7 @@ from dataclasses import replace
 from slipscale.faults import UserError
 from slipscale.faults.message import Message
 from slipscale.hardware import registry
-from slipscale.hardware.address import SPLIT, parts
+from slipscale.hardware.address import SPLIT, Plate, parts
 from slipscale.hardware.clock import Clock
 from slipscale.hardware.driver import PlateDriver
 from slipscale.hardware.errors import ConnectionLost, StillVibrating
@@ -42,7 +42,7 @@ class PlatePair(PlateDriver):
     unattended = StopsAlone("each actuator has its own declaration")
 
     def __init__(self, first: PlateDriver, second: PlateDriver) -> None:
-        super().__init__(clock=first.clock, limits=first.limits, plate_file=first.plate_file)
+        super().__init__(clock=first.clock, plate=Plate(limits=first.limits, file=first.plate_file))
         self.first, self.second = first, second
         self.calibration = first.calibration
         self._follow_the_first()

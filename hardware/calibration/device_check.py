@@ -1,4 +1,4 @@
-"""Check that the connected device matches the plate file and the calibration."""
+"""Check that the connected device matches the plate file, the calibration and the session."""
 
 from __future__ import annotations
 
@@ -53,3 +53,14 @@ def check_device(plate: Checked, identity: PlateIdentity, *, wanted: str) -> tup
         raise WrongDevice("; ".join(other))
     plate.calibration.check_date(today)
     return plate.calibration.notes(today)
+
+
+def check_same_device(before: PlateIdentity | None, now: PlateIdentity) -> None:
+    """Raise `WrongDevice` if a device was replaced between two connections of a session."""
+    if before is not None and before.serial != now.serial:
+        raise WrongDevice(
+            "the session began with device '{before}', but this is '{now}'; connect the first one "
+            "again, or stop and resume the session with this one",
+            before=before.serial,
+            now=now.serial,
+        )

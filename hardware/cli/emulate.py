@@ -164,7 +164,7 @@ def emulated(
     ``firmware`` returns the library for ``--firmware``. Raises `UserError`.
     """
     from slipscale.hardware.emulator import compiled, console
-    from slipscale.hardware.emulator.emulator import Emulator
+    from slipscale.hardware.emulator.emulator import BoardMake, Emulator
     from slipscale.hardware.plate.dynamics import NO_FINGER, Resonator
     from slipscale.hardware.plate.twin import Twin
 
@@ -176,6 +176,15 @@ def emulated(
     return Emulator(
         plug,
         clock=clock,
+        make=BoardMake(
+            back_s=arguments.back_after,
+            dtr=not arguments.no_dtr,
+            firmware=partial(compiled.CompiledBoard, code=firmware())
+            if arguments.firmware
+            else None,
+            limits=replace(limits, watchdog_ms=arguments.watchdog),
+            unit=unit,
+        ),
         injections=orders,
         twin=Twin(
             seed=arguments.seed,
@@ -184,13 +193,7 @@ def emulated(
             sensor=arguments.sensor,
             finger=console.FINGER if arguments.finger else NO_FINGER,
         ),
-        back_s=arguments.back_after,
-        dtr=not arguments.no_dtr,
-        watchdog_ms=arguments.watchdog,
         log=log,
-        firmware=partial(compiled.CompiledBoard, code=firmware()) if arguments.firmware else None,
-        limits=limits,
-        unit=unit,
     )
 
 

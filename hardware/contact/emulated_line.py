@@ -57,9 +57,12 @@ class EmulatedLine:
         self._stop = Event()
         self._thread = Thread(target=self._run, name="emulated sensor", daemon=True)
         self.sends = True
+        self._ours = self._theirs = -1  # ends of the pseudo-terminal
         self.port = ""
 
     def __enter__(self) -> Self:
+        if sys.platform == "win32":  # where importing tty fails already; for the type checker
+            raise NotImplementedError
         self._ours, self._theirs = os.openpty()
         tty.setraw(self._theirs)
         os.set_blocking(self._ours, False)  # Writing must not block if no program reads the port.

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable, Iterable
-from dataclasses import replace
+from dataclasses import dataclass
 from typing import Protocol, TextIO
 
 from slipscale.hardware.backends.fault_injection import Injection, Schedule, parse_injections
@@ -80,6 +80,35 @@ class Plug(Protocol):
         """Send bytes to the host, if there is one."""
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class BoardMake:
+    """Kind of board that is emulated.
+
+    Parameters
+    ----------
+    back_s : float
+        Time after which an unplugged, busy, unresponsive or overheated board recovers; 0 means
+        never.
+    dtr : bool
+        Whether the board notices that the host closed the port. If True, the board then silences
+        the plate and restarts, like a board with automatic reset. If False, only the watchdog
+        silences the plate.
+    firmware : callable
+        Function that creates a board with the compiled firmware, see
+        `slipscale.hardware.emulator.compiled`; by default, the board is emulated in Python.
+    limits : BoardLimits
+        Limits of the emulated board; it silences itself if it receives nothing for ``watchdog_ms``.
+    unit : str
+        Unit of the emulated board's amplitudes.
+    """
+
+    back_s: float
+    dtr: bool
+    firmware: Callable[[Twin, int, float], EmulatedBoard] | None
+    limits: wire.BoardLimits
+    unit: str
+
+
 class Emulator:
     """Emulated board with fault injection.
 
@@ -93,24 +122,10 @@ class Emulator:
         Faults to inject; phases are those of `slipscale.hardware.emulator.response_faults`.
     twin : Twin
         Simulated plate that the board drives.
-    back_s : float
-        Time after which an unplugged, busy, unresponsive or overheated board recovers; 0 means
-        never.
-    dtr : bool
-        Whether the board notices that the host closed the port. If True, the board then silences
-        the plate and restarts, like a board with automatic reset. If False, only the watchdog
-        silences the plate.
-    watchdog_ms : float
-        The board silences itself if it receives nothing for this time.
     log : TextIO
         File to which the plate's state and amplitude are written, one line per millisecond.
-    firmware : callable
-        Function that creates a board with the compiled firmware, see
-        `slipscale.hardware.emulator.compiled`; by default, the board is emulated in Python.
-    limits : BoardLimits
-        Limits of the emulated board, except the watchdog time.
-    unit : str
-        Unit of the emulated board's amplitudes.
+    make : BoardMake
+        What kind of board is emulated.
     """
 
     def __init__(
@@ -118,27 +133,17 @@ class Emulator:
         plug: Plug,
         *,
         clock: Clock,
+        make: BoardMake,
+        twin: Twin,
         injections: Iterable[Injection] = (),
-        twin: Twin | None = None,
-        back_s: float = 0.3,
-        dtr: bool = True,
-        watchdog_ms: float = DEFAULT_LIMITS.watchdog_ms,
         log: TextIO | None = None,
-        firmware: Callable[[Twin, int, float], EmulatedBoard] | None = None,
-        limits: wire.BoardLimits = DEFAULT_LIMITS,
-        unit: str = wire.UNIT,
     ) -> None:
         orders = list(injections)
         self._run_faults = {each.fault for each in orders} & set(RUN_FAULTS)
         self._schedule = Schedule(each for each in orders if each.fault not in RUN_FAULTS)
         self._plug = plug
         self._clock = clock
-        self._twin = twin or Twin()
-        self._back_s = back_s
-        self._dtr = dtr
-        self._limits = replace(limits, watchdog_ms=watchdog_ms)
-        self._unit = unit
-        self._firmware = firmware
+        self._make, self._twin = make, twin
         self.board: EmulatedBoard
         self._boots = 0
         self._line = b""
@@ -229,7 +234,7 @@ class Emulator:
 
     def host_left(self) -> None:
         """Process that the host closed the port."""
-        if self._dtr:
+        if self._make.dtr:
             self._boot()
 
     def _boot(self) -> None:
@@ -244,16 +249,16 @@ class Emulator:
         identity = OLD_IDENTITY if old else IDENTITY
         if "wrong_identity" in self._run_faults:
             identity = FOREIGN_IDENTITY
-        if self._firmware:
-            self.board = self._firmware(self._twin, self._boots, self._limits.watchdog_ms)
+        if self._make.firmware:
+            self.board = self._make.firmware(self._twin, self._boots, self._make.limits.watchdog_ms)
         else:
             self.board = Board(
                 self._twin,
                 boot=self._boots,
                 identity=identity,
                 lists=not old,
-                limits=self._limits,
-                unit=self._unit,
+                limits=self._make.limits,
+                unit=self._make.unit,
             )
 
     def _take(self, byte: bytes) -> None:
@@ -341,4 +346,4 @@ class Emulator:
         self._come_back_later()
 
     def _come_back_later(self) -> None:
-        self._back_at_s = self._now() + self._back_s if self._back_s else None
+        self._back_at_s = self._now() + self._make.back_s if self._make.back_s else None

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import os
 import select
+import sys
 import tempfile
 import time
 import tty
@@ -43,6 +44,8 @@ class PseudoTerminal:
         The emulator closes its own copy of the host's end, so that it is notified when the host
         closes the port.
         """
+        if sys.platform == "win32":  # where importing tty fails already; for the type checker
+            raise NotImplementedError
         self._master, slave = os.openpty()
         tty.setraw(slave)
         os.set_blocking(self._master, False)

@@ -113,8 +113,8 @@ for number, (updates, amplitude) in enumerate(VALUES):
     routine = Routine(f"feel_{number}", exp=made)
     made.addRoutine(routine.name, routine)
     plate = SlipscalePlateComponent(
-        made, routine.name, name=f"plate_{number}", stopVal=0.2, deviceLabel="plate",
-        amplitude_um_pp=amplitude,
+        made, routine.name, name=f"plate_{number}", stopType="duration (frames)", stopVal=5,
+        deviceLabel="plate", amplitude_um_pp=amplitude,
     )
     plate.params["amplitude_um_pp"].updates = updates
     routine.addComponent(plate)
@@ -147,6 +147,7 @@ VALUES = {
 
 
 def test_an_amplitude_of_a_builder_loop_is_that_of_each_repeat(display, tmp_path):
+    """A routine with a duration in seconds ends before its first frame on a busy machine."""
     make, script = tmp_path / "make.py", tmp_path / "loop.py"
     make.write_text(f"VALUES = {list(VALUES)}\n{BUILDER}", encoding="utf-8")
     (tmp_path / "conditions.csv").write_text("amp\n0.5\n1.1\n", encoding="utf-8")

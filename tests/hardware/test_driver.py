@@ -9,6 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from slipscale.faults import UserError
+from slipscale.hardware.address import Plate
 from slipscale.hardware.clock import VirtualClock
 from slipscale.hardware.driver import PlateDriver
 from slipscale.hardware.errors import (
@@ -20,6 +21,7 @@ from slipscale.hardware.errors import (
     PlateRefused,
     PlateTimeout,
     StillVibrating,
+    WrongDevice,
 )
 from slipscale.hardware.limits import OnTime, PlateLimits
 from slipscale.hardware.records import Output, PlateIdentity, Presentation, Readback
@@ -33,6 +35,7 @@ class Recorder(PlateDriver):
     """A backend that does what it is told and writes it down."""
 
     name = "recorder"
+    serial = "1"
     frozen_s = math.inf  # Most tests do not check while time passes.
 
     def __init__(self, **options):
@@ -49,7 +52,7 @@ class Recorder(PlateDriver):
 
     def _connect(self):
         self._hear("connect")
-        return PlateIdentity(manufacturer="m", model="m", serial="1", firmware="1")
+        return PlateIdentity(manufacturer="m", model="m", serial=self.serial, firmware="1")
 
     def _drive(self, amplitude_um_pp):
         self._hear("drive")
@@ -168,7 +171,7 @@ def test_no_vibration_directly_after_a_silence_waits_until_the_plate_has_rung_do
 
 
 def test_the_wait_for_a_ring_down_follows_from_the_plates_own_q():
-    plate = Ringing(time_constant_s=600 / (math.pi * 30_500), calibration=CALIBRATION)
+    plate = Ringing(time_constant_s=600 / (math.pi * 30_500), plate=Plate(calibration=CALIBRATION))
     plate.connect()
     plate.silence()
     began_s = plate.clock.now()
@@ -286,7 +289,7 @@ def test_a_new_presentation_or_a_silent_plate_is_not_forgotten(plate):
 
 
 def test_duty_over_its_limit_is_refused_until_the_plate_has_rested():
-    plate = Recorder(limits=PlateLimits(duty=0.5, duty_window_s=100))
+    plate = Recorder(plate=Plate(limits=PlateLimits(duty=0.5, duty_window_s=100)))
     plate.connect()
     plate.clock.sleep(1_000)
     plate.present(surface(1.2))
@@ -451,7 +454,7 @@ class Powered(Recorder):
 @pytest.mark.parametrize("factor, accepted", [(2.0, False), (0.5, False), (1.2, True)])
 def test_a_voltage_that_the_calibration_does_not_predict_is_a_fault(factor, accepted):
     """A sensor at half of its sensitivity: 1.2 µm reported, 2.4 µm true, at twice the voltage."""
-    plate = Powered(calibration=CALIBRATION)
+    plate = Powered(plate=Plate(calibration=CALIBRATION))
     plate.voltage_v = 1.2 * 60 * factor
     plate.connect()
     if accepted:
@@ -594,3 +597,16 @@ def test_the_limit_of_the_on_time_counts_the_time_of_a_suspended_computer(plate)
     plate.clock.suspend(plate.limits.on_time_s)
     with pytest.raises(OverLimit, match="vibrated for 600 s without a new command"):
         plate.check()
+
+
+def test_another_device_at_the_same_port_is_not_taken_for_the_one_before():
+    plate = Recorder()
+    with plate:
+        plate.present(VirtualSurface(level=1.2))
+    plate.serial = "2"
+    with pytest.raises(WrongDevice, match="began with device '1', but this is '2'"):
+        plate.connect()
+    assert plate.output is not Output.MAY_BE_ON
+    plate.serial = "1"
+    with plate:
+        plate.present(VirtualSurface(level=1.2))

@@ -9,7 +9,7 @@ import pytest
 
 from slipscale import commands
 from slipscale.faults import UserError
-from slipscale.hardware.address import with_plate_file
+from slipscale.hardware.address import Plate, with_plate_file
 from slipscale.hardware.backends.mock import MockPlate
 from slipscale.hardware.calibration.record import Device, DriveChain, Provenance, write_calibration
 from slipscale.hardware.calibration.stored import read_calibration
@@ -244,7 +244,7 @@ def test_a_file_of_another_backend_or_device_is_refused(file):
     edit(file, 'device_serial = ""', 'device_serial = "0042"')
     assert sign(file) == 0
     with pytest.raises(WrongDevice, match="for device '0042', but this is 'twin'"):
-        Real(clock=VirtualClock(), plate_file=open_plate_file(file)[0]).connect()
+        Real(clock=VirtualClock(), plate=Plate(file=open_plate_file(file)[0])).connect()
     with opened(file) as driver:  # on the twin a study for any plate can be rehearsed
         assert driver.identity.serial == "twin"
 

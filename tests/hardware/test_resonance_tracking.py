@@ -7,6 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from slipscale.faults import UserError
+from slipscale.hardware.address import DEFAULT_PLATE, Plate
 from slipscale.hardware.backends.mock import MockPlate
 from slipscale.hardware.calibration.record import Calibration
 from slipscale.hardware.clock import VirtualClock
@@ -45,10 +46,10 @@ def calibration(quality_factor=60.0):
     )  # fmt: skip
 
 
-def generator(resonance_hz, *, noise_um=0.0, limits=None):
+def generator(resonance_hz, *, noise_um=0.0, limits=DEFAULT_PLATE.limits):
     twin = Twin(resonator=Resonator(resonance_hz=resonance_hz), noise_um=noise_um, seed=2)
     plate = Generator(
-        clock=VirtualClock(), twin=twin, calibration=calibration(), limits=limits or PlateLimits()
+        clock=VirtualClock(), twin=twin, plate=Plate(calibration=calibration(), limits=limits)
     )
     plate.connect()
     return plate

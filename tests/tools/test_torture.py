@@ -27,9 +27,9 @@ def test_no_fault_and_no_kill_changes_the_data(capsys):
         f"| {fault}"
         for fault in (
             *writers.KINDS,
-            *map(upkeep.kind_of, upkeep.COMMANDS),
+            *(f"SIGKILL in {command}" for command in upkeep.COMMANDS),
             *FAULTS,
-            *system_calls.KINDS,
+            *(f"SIGKILL {kind}" for kind in system_calls.KINDS),
         )
     ]
     assert all(row.endswith("| 0 |") for row in rows)
@@ -69,7 +69,7 @@ def test_a_label_that_a_withdrawal_leaves_is_found(monkeypatch):
     monkeypatch.setattr(upkeep, "COMMANDS", {"withdraw": upkeep.COMMANDS["withdraw"]})
     monkeypatch.setattr(withdrawal, "_kept_elsewhere", lambda _own: iter(()))
     outcome = pilots.Outcome()
-    upkeep.kill_upkeep(1, outcome)
+    upkeep.strike_upkeep(1, outcome)
     assert "names sub-01" in outcome.bad[0][1]
 
 

@@ -23,6 +23,7 @@ CAMPAIGNS = {
     "wrong_boards": "wrong_boards.command",
     "reliability": "reliability",
     "unattended": "unattended",
+    "disk": "torture.failing_writes",
 }
 
 

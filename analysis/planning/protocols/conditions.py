@@ -22,7 +22,7 @@ from slipscale.analysis.planning.protocols.studies import EXPONENT, ProtocolStud
 from slipscale.analysis.planning.simulated.estimates import means
 from slipscale.analysis.planning.simulated.fast_tests import Tables, pairwise
 from slipscale.analysis.statistics.arrays import Array
-from slipscale.analysis.tasks.thresholds.statistics import CURVE_OF
+from slipscale.analysis.tasks.thresholds.statistics import curve_of
 from slipscale.analysis.writing.factor_words import factor_name
 from slipscale.experiments.participants.simulated_people.growth import people_for
 from slipscale.experiments.participants.simulated_people.population import Population
@@ -134,8 +134,8 @@ def _axis_values(
             for each in conditions
         ]
     method = next((each.method for each in answers if each), "")
-    logarithmic = CURVES[CURVE_OF.get(method, "weibull")].logarithmic
-    found = thresholds_of(answers, points=True)
+    logarithmic = CURVES[curve_of(method, study.choices)].logarithmic
+    found = thresholds_of(answers, study.choices, points=True)
     shape = (participants, *(len(factor.levels) for factor in factors))
     return (np.log(found) if logarithmic else found).reshape(shape), logarithmic
 

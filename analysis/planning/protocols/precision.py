@@ -25,8 +25,9 @@ from slipscale.analysis.planning.simulated.fast_tests import exponents, half_wid
 from slipscale.analysis.preprocessing.sufficiency import FEWEST
 from slipscale.analysis.statistics.arrays import Array
 from slipscale.analysis.statistics.psychometrics.thresholds import threshold_values
-from slipscale.analysis.tasks.thresholds.statistics import COMPARED, CURVE_OF
+from slipscale.analysis.tasks.thresholds.statistics import COMPARED, curve_of
 from slipscale.experiments.participants.simulated_people.population import Population
+from slipscale.experiments.study.analysis_choices import AnalysisChoices
 from slipscale.experiments.study.file import parse_study
 
 QUANTILES = (5, 95)
@@ -101,7 +102,7 @@ def protocol_precision(
         )
         everybody = [person for one in answered for person in one.people]
         own = np.array([person.exponent if person else np.nan for person in everybody])
-        found = own if study.quantity == EXPONENT else thresholds_of(everybody)
+        found = own if study.quantity == EXPONENT else thresholds_of(everybody, study.choices)
         values = found.reshape(studies, largest)
         minutes = float(np.median([taken for one in answered for taken in one.minutes]))
     trials = study.plans(1, 0, population)[0].planned_trials()
@@ -171,10 +172,13 @@ def _exponents(
     return np.where(found.usable[:, None], exponents(found), np.nan)
 
 
-def thresholds_of(people: Sequence[Answered | None], *, points: bool = False) -> Array:
+def thresholds_of(
+    people: Sequence[Answered | None], choices: AnalysisChoices, *, points: bool = False
+) -> Array:
     """Return participants' thresholds in µm peak to peak, or NaN.
 
-    If ``points`` is True, return points of subjective equality for comparisons with a standard.
+    The study's analysis choices determine curve, axis and share. If ``points`` is True, return
+    points of subjective equality for comparisons with a standard.
     """
     found = np.full(len(people), np.nan)
     for method in sorted({each.method for each in people if each}):
@@ -186,7 +190,8 @@ def thresholds_of(people: Sequence[Answered | None], *, points: bool = False) ->
         found[list(own)] = threshold_values(
             list(own.values()),
             method=method,
-            curve=CURVE_OF.get(method, "weibull"),
+            curve=curve_of(method, choices),
+            share=choices.threshold_share,
             half_width=method == COMPARED and not points,
         )
     return found

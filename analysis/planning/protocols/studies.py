@@ -23,7 +23,8 @@ from slipscale.experiments.protocols.magnitude_estimation import MagnitudeEstima
 from slipscale.experiments.running.pilot import pilot_plans
 from slipscale.experiments.running.timeline import MINUTE_S, SETTLING_S
 from slipscale.experiments.steps.steps import Present
-from slipscale.experiments.study.file import read_study
+from slipscale.experiments.study.analysis_choices import AnalysisChoices
+from slipscale.experiments.study.file import parse_study, read_study
 from slipscale.experiments.study.run_plan import RunPlan
 from slipscale.faults import UserError
 
@@ -72,6 +73,11 @@ class ProtocolStudy:
     marks: tuple[str, str] | None
     amount: str
     number: int
+
+    @property
+    def choices(self) -> AnalysisChoices:
+        """The study's analysis choices, such as the axis of threshold curves."""
+        return parse_study(self.text, self.name).analysis
 
     def with_number(self, number: int) -> ProtocolStudy:
         """Return a copy of the study in which the option that sets the trials has a new value."""

@@ -91,39 +91,49 @@ def fit_threshold(
 
 
 def threshold_values(
-    people: Sequence[Answers], *, method: str, curve: str, half_width: bool = False
+    people: Sequence[Answers],
+    *,
+    method: str,
+    curve: str,
+    share: float = 0.5,
+    half_width: bool = False,
 ) -> Array:
     """Return the thresholds of many people in µm peak to peak, as fitted by `fit_threshold`.
 
-    Intervals are not computed, so thousands of thresholds take only about a second.
+    Intervals are not computed, so thousands of thresholds take only about a second. The same rules
+    decide who has a threshold.
 
     Parameters
     ----------
+    share : float
+        Value of the curve at the threshold; see `fit_threshold`.
     half_width : bool
         Whether to return half the distance between the curve's 25 % and 75 % points instead of the
-        threshold. The curve must be a function of the amplitude, not of its logarithm.
+        threshold. A curve of the logarithm of the amplitude has none.
 
     Returns
     -------
     array, shape (people,)
         NaN for people without a threshold.
     """
-    model = model_of(method, curve, 0.5, LARGEST_LAPSE)
+    model = model_of(method, curve, share, LARGEST_LAPSE)
     found = np.full(len(people), np.nan)
     enough = [place for place, each in enumerate(people) if not _too_little(each, model)]
-    if not enough:
+    if not enough or (half_width and model.curve.logarithmic):
         return found
     counts = side_by_side([counts_of(people[place], model) for place in enough])
     fits = likelihood.fit(model, counts)
     theta = fits.theta
     low, high = fits.at_bound(likelihood.THRESHOLD)
     none = fits.at_bound(likelihood.LOG_SLOPE)[0] | low | high
-    if half_width:
-        ends = model.curve.inverse(np.array([0.25, 0.75]))
+    values = model.curve.level(theta[:, likelihood.THRESHOLD])
+    ends = zip(values, (people[place].levels for place in enough), strict=True)
+    none |= np.array([_beyond(float(value), levels) is not None for value, levels in ends])
+    if model.guess != "fixed":
         none |= _jumps(model, counts, fits)
-        values = float(ends[1] - ends[0]) / 2 / np.exp(theta[:, likelihood.LOG_SLOPE])
-    else:
-        values = model.curve.level(theta[:, likelihood.THRESHOLD])
+    if half_width:
+        quarter, three = model.curve.inverse(np.array([0.25, 0.75]))
+        values = float(three - quarter) / 2 / np.exp(theta[:, likelihood.LOG_SLOPE])
     found[enough] = np.where(none, np.nan, values)
     return found
 
@@ -158,20 +168,23 @@ def fit_threshold_by_posterior(
 
     For the priors, see `slipscale.analysis.statistics.psychometrics.posterior`. Parameters and
     errors are described in `fit_threshold`. If `fit_threshold` finds no threshold, its reason is
-    returned.
+    returned. The median must also lie within the levels presented, like the most likely threshold.
     """
     model = model_of(method, curve, share, LARGEST_LAPSE)
     likeliest = _likeliest(answers, model)
     if isinstance(likeliest, NotComputed):
         return likeliest
     found = marginals(model, counts_of(answers, model), confidence)
+    levels = model.curve.level(found.threshold)
+    if why := _beyond(float(levels[0]), answers.levels):
+        return NotComputed(why)
     ends = np.exp(found.log_slope)
     return PsychometricFunction(
         estimator="posterior",
         curve=curve,
         method=method,
         share=share,
-        threshold_level=estimate(model.curve.level(found.threshold), confidence),
+        threshold_level=estimate(levels, confidence),
         slope=_slope(ends, answers, confidence),
         slope_value=float(ends[0]),
         lapse=found.lapse,
@@ -224,10 +237,8 @@ def _not_presented(answers: Answers, model: Model, found: likelihood.Fits) -> st
     """Return the reason if the threshold lies where nothing was presented, otherwise None."""
     levels = answers.levels
     threshold = float(model.curve.level(found.theta[0][likelihood.THRESHOLD]))
-    if threshold > levels[-1]:
-        return f"the most likely threshold is above {levels[-1]:g}, the highest level presented"
-    if threshold < levels[0]:
-        return f"the most likely threshold is below {levels[0]:g}, the lowest level presented"
+    if why := _beyond(threshold, levels):
+        return why
     # The guess rate of a forced choice is known, so its answers at chance place the threshold.
     if model.guess == "fixed" or not _jumps(model, counts_of(answers, model), found)[0]:
         return None
@@ -236,6 +247,15 @@ def _not_presented(answers: Answers, model: Model, found: likelihood.Fits) -> st
         f"the answers change between {levels[above - 1]:g} and {levels[above]:g}, where nothing "
         "was presented"
     )
+
+
+def _beyond(threshold: float, levels: Array) -> str | None:
+    """Return the reason if a threshold lies beyond the levels presented, otherwise None."""
+    if threshold > levels[-1]:
+        return f"the threshold is above {levels[-1]:g}, the highest level presented"
+    if threshold < levels[0]:
+        return f"the threshold is below {levels[0]:g}, the lowest level presented"
+    return None
 
 
 def _too_little(answers: Answers, model: Model) -> str | None:

@@ -80,10 +80,15 @@ def two_way(
     -------
     first, second, interaction : Effect
     """
-    if len(whole) < FEWEST:
-        return NotComputed(few(f"participants with {cells}", len(whole)))
-    residuals = whole.to_numpy(float) - whole.to_numpy(float).mean(axis=0)
-    if np.abs(residuals - residuals.mean(axis=1, keepdims=True)).max() <= TINY:
+    complete = len(whole) if len(whole.columns) else 0
+    if complete < FEWEST:
+        return NotComputed(few(f"participants with {cells}", complete))
+    own = whole - whole.mean()
+    own = own.sub(own.mean(axis=1), axis=0)
+    one, other = (own.T.groupby(level=place).transform("mean").T for place in (0, 1))
+    # Each effect is tested against its own differences between participants.
+    parts = (one, other, own - one - other)
+    if min(float(np.abs(each.to_numpy(float)).max()) for each in parts) <= TINY:
         return NotComputed(
             "no variance remains after removing the means of participants and conditions"
         )

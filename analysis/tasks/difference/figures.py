@@ -147,7 +147,7 @@ def _against_size(
             label=f"{level} band of the curve",
             zorder=0,
         )
-        if fit.half_yes and fit.half_yes_interval and not fit.half_yes_between:
+        if fit.half_yes and fit.half_yes_interval:
             ends = fit.half_yes_interval
             axes.errorbar(
                 fit.half_yes,

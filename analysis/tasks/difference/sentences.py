@@ -221,9 +221,9 @@ def _d_prime(found: DPrimeOfSize, pooled: Sensitivity, quantity: Quantity) -> st
     if not isfinite(low) and not isfinite(high):
         return f"undetermined ({_why_undetermined(found, pooled, quantity)})"
     if not isfinite(high):
-        return f"at ceiling (d′ ≥ {number(low)})"
+        return f"at least d′ = {number(low)}"
     if not isfinite(low):
-        return f"at floor (d′ ≤ {number(high)})"
+        return f"at most d′ = {number(high)}"
     return f"d′ = {number(found.d_prime)} {bracketed(found.interval)}"
 
 

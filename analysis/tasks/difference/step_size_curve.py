@@ -54,10 +54,11 @@ class PsychometricCurve:
     covariance : array-like, shape (2, 2)
         Covariance matrix of intercept and slope.
     half_yes : float or None
-        Step size with 50 % "yes" answers; None if the curve does not rise.
+        Step size with 50 % "yes" answers; None if the curve does not rise, or if the size lies in
+        a gap.
     half_yes_interval : ConfidenceInterval or None
         Interval for ``half_yes`` by Fieller's theorem. None if the slope is not significantly above
-        0, because the interval is then unbounded.
+        0, because the interval is then unbounded, or without ``half_yes``.
     half_yes_between : tuple of float or None
         The two neighbouring step sizes between which the curve rises from below 10 % to above 90 %
         "yes", so that 50 % lies where nothing was presented; None if no such gap exists.
@@ -258,9 +259,9 @@ def _fit(
         p=float(2 * stats.t.sf(abs(slope / se), df)),
         intercept=intercept,
         covariance=((a, b), (c, d)),
-        half_yes=to_size(-intercept / slope) if slope > 0 else None,
+        half_yes=to_size(-intercept / slope) if slope > 0 and gap is None else None,
         half_yes_interval=None
-        if ends is None
+        if ends is None or gap is not None
         else ConfidenceInterval(to_size(ends.low), to_size(ends.high), confidence),
         half_yes_between=None if gap is None else (to_size(gap[0]), to_size(gap[1])),
         correlation=float(model.cov_struct.dep_params),

@@ -27,8 +27,8 @@ from slipscale.analysis.reading.surface_labels import numbers_first, plain
 from slipscale.analysis.reading.task_tables import by_task, task_trials
 from slipscale.analysis.statistics.arrays import Array
 from slipscale.analysis.statistics.mean_over_participants import (
-    MeanOverParticipants,
-    mean_over_participants,
+    EstimatedMean,
+    estimated_mean,
 )
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.statistics.statistic import Inputs, Named, Statistic
@@ -80,7 +80,7 @@ class TaskIdentification:
         Information in the presented items, which is the maximum that can be transferred.
     mean_information_bits : float
         Mean of the corrected values of individual participants.
-    share_right : MeanOverParticipants or NotComputed
+    share_right : EstimatedMean or NotComputed
         Mean of participants' proportions of correct answers.
     trials_per_cell : float
         Mean number of trials per cell of a participant's confusion matrix.
@@ -95,7 +95,7 @@ class TaskIdentification:
     corrected_bits: float
     most_bits: float
     mean_information_bits: float
-    share_right: MeanOverParticipants | NotComputed
+    share_right: EstimatedMean | NotComputed
     trials_per_cell: float
 
 
@@ -152,7 +152,7 @@ def _task(task: str, rows: pd.DataFrame, confidence: float) -> TaskIdentificatio
         corrected_bits=corrected,
         most_bits=entropy_bits(everybody.sum(axis=1))[0],
         mean_information_bits=float(np.mean([information_bits(each)[1] for each in tables])),
-        share_right=mean_over_participants(shares, confidence, (0.0, 1.0)),
+        share_right=estimated_mean(shares, confidence, (0.0, 1.0)),
         trials_per_cell=len(rows) / len(tables) / len(items) ** 2,
     )
 

@@ -67,14 +67,19 @@ class _Limits(OneStatistic[TaskLimits]):
 
     def task_remarks(self, task: TaskLimits, confidence: float, quantity: Quantity) -> list[str]:
         remarks, error = [], task.constant_error_level
+        beyond = task.unexpected_error_level
         if not isinstance(error, NotComputed):
-            remarks.append(
+            text = (
                 "Transitions of descending series were "
                 f"{quantity.value(number(error.mean, 3))} higher than those of ascending series. "
-                f"Noise alone causes {quantity.value(number(task.expected_error_level, 3))}, "
-                "because a chance answer ends a series."
             )
-        beyond = task.unexpected_error_level
+            remarks.append(
+                f"{text}Anticipation and habituation were not tested: {beyond.reason}."
+                if isinstance(beyond, NotComputed)
+                else f"{text}Noise alone causes "
+                f"{quantity.value(number(task.expected_error_level, 3))}, because a chance answer "
+                "ends a series."
+            )
         if not isinstance(beyond, NotComputed):
             verb = verdict(DIFFERED, beyond.p, confidence, beyond.df)
             remarks.append(

@@ -28,7 +28,9 @@ from numpy.typing import NDArray
 from slipscale.analysis.reading.delimited import Problems
 from slipscale.analysis.reading.task_tables import by_task, task_trials
 from slipscale.analysis.statistics.mean_over_participants import (
+    EstimatedMean,
     MeanOverParticipants,
+    estimated_mean,
     mean_over_participants,
 )
 from slipscale.analysis.statistics.not_computed import NotComputed
@@ -70,7 +72,8 @@ TRIALS = task_trials(
 
 
 FEWEST = 3
-MeanOrReason = MeanOverParticipants | NotComputed
+MeanOrReason = EstimatedMean | NotComputed
+Gain = MeanOverParticipants | NotComputed
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -113,8 +116,8 @@ class FeedbackPointing:
     feedback : str
     movements, left_out : int
         Number of movements, and number of omitted cells.
-    throughput_bit_s, movement_time_s, error_share : MeanOverParticipants or NotComputed
-    intercept_s, slope_s_per_bit : MeanOverParticipants or NotComputed
+    throughput_bit_s, movement_time_s, error_share : EstimatedMean or NotComputed
+    intercept_s, slope_s_per_bit : EstimatedMean or NotComputed
         Regression of movement time on the index of difficulty.
     people : tuple of PersonPointing
     """
@@ -145,8 +148,8 @@ class TaskPointing:
 
     task: str
     conditions: tuple[FeedbackPointing, ...]
-    throughput_gain_bit_s: MeanOrReason
-    time_gain_s: MeanOrReason
+    throughput_gain_bit_s: Gain
+    time_gain_s: Gain
 
 
 def pointing(inputs: Inputs) -> tuple[TaskPointing, ...] | NotComputed:
@@ -165,7 +168,7 @@ def of_task(task: str, rows: pd.DataFrame, confidence: float) -> TaskPointing:
         for feedback, own in rows.groupby("feedback", sort=True)
     )
 
-    def gain(name: str) -> MeanOrReason:
+    def gain(name: str) -> Gain:
         if len(conditions) != 2:  # noqa: PLR2004
             return NotComputed(f"two feedback conditions are required (found: {len(conditions)})")
         first, second = (
@@ -189,7 +192,7 @@ def _condition(feedback: str, rows: pd.DataFrame, confidence: float) -> Feedback
 
     def mean(name: str, possible: tuple[float, float] = (-inf, inf)) -> MeanOrReason:
         values = np.array([getattr(each, name) for each in people], np.float64)
-        return mean_over_participants(values, confidence, possible)
+        return estimated_mean(values, confidence, possible)
 
     return FeedbackPointing(
         feedback=feedback,

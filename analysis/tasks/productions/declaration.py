@@ -20,6 +20,7 @@ from slipscale.analysis.tasks.declared.flat_table import flat_rows
 from slipscale.analysis.tasks.declared.one_statistic import Blocks, Figures, OneStatistic, Svgs
 from slipscale.analysis.tasks.declared.session_tables import logarithms, mean_by_session
 from slipscale.analysis.tasks.productions.statistics import (
+    MOST_AT_BOUNDS,
     PRODUCTIONS,
     TRIALS,
     BothExponents,
@@ -27,7 +28,14 @@ from slipscale.analysis.tasks.productions.statistics import (
 )
 from slipscale.analysis.tasks.ratios.statistics import log_cells
 from slipscale.analysis.writing import html
-from slipscale.analysis.writing.numbers import bracketed, counted, level_of, number, significant
+from slipscale.analysis.writing.numbers import (
+    bracketed,
+    counted,
+    joined,
+    level_of,
+    number,
+    significant,
+)
 from slipscale.analysis.writing.points import (
     SIZE,
     draw_means,
@@ -105,7 +113,7 @@ def _alone(reason: str) -> list[Markup]:
 def _production_table(task: TaskProductions, quantity: Quantity) -> Markup:
     convention = f" ({quantity.convention})" if quantity.convention else ""
     level = quantity.heading(quantity.title)
-    titles = ("Number", "Participants", "Productions", level, "CI")
+    titles = ("Number", "Participants", "Productions", "At the limits", level, "CI")
     return html.table(
         html.columns(*titles),
         [
@@ -113,6 +121,7 @@ def _production_table(task: TaskProductions, quantity: Quantity) -> Markup:
                 f"{each.number:g}",
                 str(each.participants),
                 str(each.productions),
+                str(each.at_bounds),
                 significant(each.level),
                 bracketed(each.interval, significant),
             ]
@@ -183,6 +192,13 @@ class _Productions(OneStatistic[TaskProductions]):
                 "adjustment limits. If participants wanted to adjust beyond the limits, the slope "
                 "is too small and the exponent too large."
             )
+        if piled := [each for each in found.numbers if each.piled]:
+            numbers = joined([f"{each.number:g}" for each in piled])
+            texts.append(
+                f"For the {'number' if len(piled) == 1 else 'numbers'} {numbers}, more than "
+                f"{100 * MOST_AT_BOUNDS:g} % of productions ended at the limits. The mean is then "
+                "closer to the limit than without it, and has no interval."
+            )
         if found.catch_level is not None:
             texts.append(
                 f"In {counted(found.catch_trials, 'catch trial', 'catch trials')} with the "
@@ -191,6 +207,18 @@ class _Productions(OneStatistic[TaskProductions]):
                 f"{quantity.value(found.standard_level)})."
             )
         return texts
+
+    def task_doubts(
+        self, task: TaskProductions, _confidence: float, quantity: Quantity
+    ) -> list[str]:
+        if task.at_bounds <= MOST_AT_BOUNDS * task.answers:
+            return []
+        text = (
+            f"{self.task_name(task, quantity)}: {task.at_bounds} of {task.answers} productions "
+            "ended at the adjustment limits, which makes the exponent too large and its interval "
+            "too narrow."
+        )
+        return [text]
 
     def task_blocks(
         self, task: TaskProductions, svgs: Svgs, level: float, quantity: Quantity

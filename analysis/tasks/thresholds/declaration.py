@@ -50,7 +50,10 @@ def _thresholds(rows: pd.DataFrame, choices: AnalysisChoices) -> pd.DataFrame:
         for key, own in main.groupby(keys)
     }
     values = threshold_values(
-        list(answers.values()), method=method, curve=curve_of(method, choices)
+        list(answers.values()),
+        method=method,
+        curve=curve_of(method, choices),
+        share=choices.threshold_share,
     )
     logs = np.log10(np.where(values > 0, values, np.nan))
     found: dict[str, dict[str, float]] = {}

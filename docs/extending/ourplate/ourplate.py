@@ -24,13 +24,7 @@ class OurPlate(PlateDriver):
     name = "ourplate"
 
     def __init__(self, port, *, clock, plate):
-        # Limits and files are options of --plate SPEC.
-        super().__init__(
-            clock=clock,
-            limits=plate.limits,
-            calibration=plate.calibration,
-            plate_file=plate.file,
-        )
+        super().__init__(clock=clock, plate=plate)  # Limits and files are options of --plate SPEC.
         self._port = port
         self._line = None
         self._level = 0.0

@@ -22,11 +22,9 @@ from typing import Any, NoReturn
 from slipscale.faults import RIG_FAULT, RigError
 
 LIBRARY = "libX11.so.6"
-GONE = (
-    select.POLLHUP | select.POLLERR | getattr(select, "POLLRDHUP", 0)
-    if sys.platform == "linux"
-    else 0
-)
+GONE = 0
+if sys.platform == "linux":
+    GONE = select.POLLHUP | select.POLLERR | select.POLLRDHUP
 
 _HANDLER = ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_void_p)
 _EXIT_HANDLER = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_void_p)

@@ -204,7 +204,7 @@ class Keyboard:
     @property
     def focused(self) -> bool:
         """Whether this window has the keyboard focus."""
-        if not sys.platform.startswith("linux"):
+        if sys.platform in {"win32", "darwin"}:
             return self._activated
         # Query X11, because a window that never had the focus gets no event for losing it.
         xlib = self._pyglet.libs.x11.xlib

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 from slipscale.experiments.participants.simulated_people.habits import (
     LEAST_PERCENT,
@@ -58,6 +58,28 @@ def unanswered(protocol: str, name: str) -> str:
     )
 
 
+class SimulatedRun(NamedTuple):
+    """Run in which a simulated person takes part.
+
+    Attributes
+    ----------
+    visit : int
+        Index of the participant's run. Each run of a person uses different random numbers.
+    planned : int
+        Number of planned trials. If the person drops out, the last trial is selected at random
+        from the planned trials.
+    language : str
+        Language of the verbal reports. English is used if the language is not available.
+    """
+
+    visit: int = 0
+    planned: int = 0
+    language: str = "en"
+
+
+FIRST_RUN = SimulatedRun()
+
+
 class Respondent:
     """One simulated person from a population.
 
@@ -67,13 +89,7 @@ class Respondent:
         The study's seed.
     participant : str
         The participant's label.
-    visit : int
-        Index of the participant's run. Each run of a person uses different random numbers.
-    planned : int
-        Number of planned trials in the run. If the person drops out, the last trial is selected
-        at random from the planned trials.
-    language : str
-        Language of the verbal reports. English is used if the language is not available.
+    run : SimulatedRun
     population : Population, optional
     answers : Mapping
         Functions that answer questions, keyed by task name and question name
@@ -87,9 +103,7 @@ class Respondent:
         *,
         seed: int,
         participant: str,
-        visit: int = 0,
-        planned: int = 0,
-        language: str = "en",
+        run: SimulatedRun = FIRST_RUN,
         population: Population | None = None,
         answers: Mapping[tuple[str, str], SimulatedAnswer] | None = None,
         words: AttributeWords | None = None,
@@ -102,9 +116,9 @@ class Respondent:
         if self._behaviour is not None:
             self._person = self._behaviour.made(self)
         self._key = (seed, participant)
-        self._visit = ("visit", visit) if visit else ()
-        self.language = language
-        self._reports = verbal_reports(language, words)
+        self._visit = ("visit", run.visit) if run.visit else ()
+        self.language = run.language
+        self._reports = verbal_reports(run.language, words)
         self._people = people
         self._curves = curves(people)
         self.scale_top = self.constant_stream("scale top").choice(people.scale_tops)
@@ -117,7 +131,7 @@ class Respondent:
         self._sensation = Sensation(people, self._own, misread=misread)
         dropout = self.constant_stream("dropout")
         self.drops_out = dropout.uniform() < habits.dropout
-        self._last_trial = int(dropout.uniform() * planned) if self.drops_out else None
+        self._last_trial = int(dropout.uniform() * run.planned) if self.drops_out else None
         self._distorts = distorts(habits)
         ends = people.levels[0], people.levels[-1]
         low, high = (math.log(self._curves.mean(end)) for end in ends)
@@ -351,9 +365,7 @@ def respondent_of(plan: RunPlan, population: Population | None = None) -> Respon
     return Respondent(
         seed=plan.seed,
         participant=plan.participant,
-        visit=plan.visit,
-        planned=plan.planned_trials(),
-        language=plan.language,
+        run=SimulatedRun(plan.visit, plan.planned_trials(), plan.language),
         population=population,
         answers=plan.simulated_answers(),
         words=plan.study.words_of(plan.language),

@@ -50,9 +50,6 @@ from slipscale.hardware.records import PlateIdentity, Presentation, Readback
 from slipscale.stimuli.modulation import DEFAULT_MODULATOR, STEPS_MAX, Loop, Modulator
 
 if TYPE_CHECKING:
-    from slipscale.hardware.calibration.record import Calibration
-    from slipscale.hardware.limits import PlateLimits
-    from slipscale.hardware.plate_file import PlateFile
     from slipscale.stimuli.surface import Sensor, Surface
 
 T = TypeVar("T")
@@ -85,12 +82,9 @@ class SerialBoard(PlateDriver):
         Name of the serial port.
     clock : Clock
         Clock for the time stamps of readbacks. Time-outs use the clock of ``host``.
-    limits : PlateLimits
-        Limits of the plate, which `connect` narrows to those of the board.
-    calibration : Calibration
-        Calibration, which narrows the limits. The board controls the amplitude with its own sensor.
-    plate_file : PlateFile
-        Plate file, which is stored with the data.
+    plate : Plate
+        Limits, calibration and file of the plate; `connect` narrows the limits to those of the
+        board, which controls the amplitude with its own sensor.
     attention_s : float
         Time without a command or `check` after which the heartbeat stops; 0 means never.
     host : Host
@@ -106,13 +100,11 @@ class SerialBoard(PlateDriver):
         port: str,
         *,
         clock: Clock,
-        limits: PlateLimits | None = None,
-        calibration: Calibration | None = None,
-        plate_file: PlateFile | None = None,
+        plate: addresses.Plate = addresses.DEFAULT_PLATE,
         attention_s: float = ATTENTION_S,
         host: computers.Host | None = None,
     ) -> None:
-        super().__init__(clock=clock, limits=limits, calibration=calibration, plate_file=plate_file)
+        super().__init__(clock=clock, plate=plate)
         self.port = port
         # Elsewhere, ports have no path, and the system opens them only once.
         self.instrument = str(Path(port).resolve()) if Path(port).exists() else ""
@@ -412,8 +404,6 @@ def open_plate(address: str, *, clock: Clock, seed: int) -> PlateDriver:  # noqa
     return SerialBoard(
         port,
         clock=clock,
-        limits=plate.limits,
-        calibration=plate.calibration,
-        plate_file=plate.file,
+        plate=plate,
         attention_s=options.get("attention", ATTENTION_S),
     )

@@ -7,6 +7,7 @@ unplugged device are converted to `ConnectionLost`.
 from __future__ import annotations
 
 import errno
+import sys
 from collections.abc import Callable
 from contextlib import suppress
 from typing import TypeVar
@@ -19,14 +20,14 @@ from slipscale.hardware.errors import (
     PlateNotFound,
 )
 
-try:
-    from termios import error as termios_error  # pyserial can raise it; it is not an OSError.
-except ImportError:  # Windows has no termios
-    termios_error = OSError  # type: ignore[misc, assignment]  # the same name, for the table below
-
 # A TypeError means that another thread closed the port during a read. pyserial's own exceptions are
 # OSErrors.
-UNPLUGGED = (OSError, termios_error, TypeError)
+UNPLUGGED: tuple[type[Exception], ...] = (OSError, TypeError)
+with suppress(ImportError):  # Windows has no termios
+    if sys.platform != "win32":
+        import termios
+
+        UNPLUGGED += (termios.error,)  # pyserial can raise it; it is not an OSError.
 
 T = TypeVar("T")
 
@@ -64,7 +65,9 @@ class SerialLine:
             self._serial = serial.serial_for_url(
                 port, baudrate=baud, timeout=SLICE_S, write_timeout=1.0, exclusive=True
             )
-        except (*UNPLUGGED, ValueError) as error:
+        except ValueError as error:
+            raise _opening_fault(port, error) from error
+        except UNPLUGGED as error:
             raise _opening_fault(port, error) from error
 
     def write(self, data: bytes) -> None:

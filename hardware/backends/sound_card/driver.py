@@ -49,20 +49,18 @@ from slipscale.hardware.errors import (
     PlateTimeout,
     StillVibrating,
 )
-from slipscale.hardware.output.state import ATTENTION_S
 from slipscale.hardware.output.unattended import StopsAlone
 from slipscale.hardware.records import PlateIdentity, Presentation, Readback
 
 if TYPE_CHECKING:
     from slipscale.hardware.backends.drive_of_level import DriveOfLevel
-    from slipscale.hardware.calibration.record import Calibration
-    from slipscale.hardware.limits import PlateLimits
-    from slipscale.hardware.plate_file import PlateFile
 
 RATE_HZ = 192_000.0
 PASSBAND = 0.45  # highest usable frequency, as a fraction of the sampling rate
 CHANNELS = 2
 POLL_S = 0.002
+# ALSA devices whose streams a sound server plays, and moves to other outputs.
+ROUTED = ("default", "pulse", "pipewire")
 ENDS_S = 1.0  # time, in addition to `RAMP_S`, for the device to request the samples of a ramp
 
 
@@ -90,21 +88,16 @@ class SoundCard(PlateDriver):
         Number or name of the device; "" is the system's default device.
     clock : Clock
         Clock for the time stamps of readbacks.
-    limits : PlateLimits
-        Limits at the plate. If the sampling rate is low, the highest frequency is reduced.
-    calibration : Calibration
-        Calibration of the plate; required for surfaces, but not for `excite`.
-    plate_file : PlateFile
-        Plate file, which is stored with the data; its ``amplifier_gain`` is the full-scale voltage
-        in V peak at the plate.
+    plate : Plate
+        Limits at the plate, whose highest frequency is reduced at low sampling rates; its
+        calibration, which is required for surfaces but not for `excite`; and its file, whose
+        ``amplifier_gain`` is the full-scale voltage in V peak at the plate.
     full_scale_v : float
         Voltage of a full-scale sine at the plate in V peak; by default, from the calibration.
     rate_hz : float
         Samples per second.
     channel : int
         Output channel, 1 or 2.
-    attention_s : float
-        A carrier that is on stops if this time passes without a command or `check`; 0 means never.
     drive : DriveOfLevel
         Drive voltage per level, for plates whose levels are not in µm; by default, taken from the
         calibration.
@@ -126,21 +119,17 @@ class SoundCard(PlateDriver):
         device: str,
         *,
         clock: Clock,
-        limits: PlateLimits | None = None,
-        calibration: Calibration | None = None,
-        plate_file: PlateFile | None = None,
+        plate: addresses.Plate = addresses.DEFAULT_PLATE,
         full_scale_v: float | None = None,
         rate_hz: float = RATE_HZ,
         channel: int = 1,
-        attention_s: float = ATTENTION_S,
         drive: DriveOfLevel | None = None,
     ) -> None:
-        super().__init__(clock=clock, limits=limits, calibration=calibration, plate_file=plate_file)
-        self._level_drive = drive or drive_of_level.calibrated(calibration)
+        super().__init__(clock=clock, plate=plate)
+        self._level_drive = drive or drive_of_level.calibrated(plate.calibration)
         self.amplifier_gain = agreed_gain(
             full_scale_v,
-            plate_file.wiring.amplifier_gain if plate_file else None,
-            calibration,
+            plate,
             unknown="plate 'sound': the voltage at the plate is unknown; measure it with an "
             "oscilloscope, and set the peak voltage at full scale in the SPEC, for example "
             "full_scale=20",
@@ -162,7 +151,6 @@ class SoundCard(PlateDriver):
         self.device: str | int = int(device) if device.isdecimal() else device
         self.instrument = f"sound device {device}, channel {channel}"
         self._channel = channel
-        self.attention_s = attention_s
         self._machine: Clock = SystemClock()
         self._attended_s = 0.0
         self._carrier = Carrier(rate_hz)
@@ -222,6 +210,20 @@ class SoundCard(PlateDriver):
             model=str(about["name"]),
             serial=f"{about['name']}, channel {self._channel}",
             firmware="",
+        )
+
+    def _check_identity(self, identity: PlateIdentity) -> tuple[str, ...]:
+        notes = super()._check_identity(identity)
+        if identity.model not in ROUTED:
+            return notes
+        return (
+            *notes,
+            Message(
+                "sound device '{device}' belongs to the sound server: if the computer's default "
+                "output changes, the plate's signal moves to the new output, and no fault is "
+                "reported. Give the card's own number instead (python -m sounddevice lists them)",
+                device=identity.model,
+            ),
         )
 
     def _drive(self, level: float) -> Presentation:
@@ -378,15 +380,14 @@ def open_plate(address: str, *, clock: Clock, seed: int) -> PlateDriver:  # noqa
         raise UserError(
             "plate 'sound': expected sound:DEVICE; python -m sounddevice lists the devices"
         )
-    return SoundCard(
+    card = SoundCard(
         device,
         clock=clock,
-        limits=plate.limits,
-        calibration=plate.calibration,
-        plate_file=plate.file,
+        plate=plate,
         full_scale_v=options.get("full_scale"),
         rate_hz=options.get("rate", RATE_HZ),
         channel=options.get("channel", 1),
-        attention_s=options.get("attention", ATTENTION_S),
         drive=drive_of_level.stated(SoundCard.name, options, plate),
     )
+    card.attention_s = options.get("attention", card.attention_s)
+    return card

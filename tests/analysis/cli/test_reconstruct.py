@@ -75,16 +75,21 @@ def test_one_impossible_column_silences_no_other(capsys, tmp_path, words):
         ]  # fmt: skip
 
 
-def test_a_column_too_large_to_count_is_answered_as_far_as_possible_then_refused(capsys, tmp_path):
+def test_a_column_too_large_to_count_has_a_verdict_if_a_data_set_is_found(capsys, tmp_path):
     (tmp_path / "t.csv").write_text(MIXED)
     words = ["reconstruct", str(tmp_path / "t.csv"), "--minutes", "0"]
-    assert commands.main(words) == 2
+    assert commands.main([*words, "--sample", "1"]) == 1  # A column is impossible.
+    assert "column 'large': no samples: counting needs about" in capsys.readouterr().err
+    (tmp_path / "t.csv").write_text(MIXED.replace("9.00", "1.20"))
+    assert commands.main([*words, "--sample", "1"]) == 2
+    assert "column 'large' not counted: counting needs about" in capsys.readouterr().err
+    assert commands.main(words) == 0
     said = capsys.readouterr()
     assert "multisets        40" in said.out
     assert "(saddle-point estimate)" in said.out
     assert "one verified data set" in said.out
-    assert "column 'large' not counted: counting needs about" in said.err
-    assert commands.main([*words, "--json"]) == 2
+    assert "counting needs about" in said.out
+    assert commands.main([*words, "--json"]) == 0
     large = json.loads(capsys.readouterr().out)["columns"][2]
     assert large["consistent"] is True
     assert large["multisets"] is None
@@ -123,10 +128,8 @@ def test_columns_too_large_to_count_are_bounded_all_the_same(capsys, tmp_path):
     (tmp_path / "t.csv").write_text(
         "label,n,mean,sd,scale_maximum\na,300,40.00,12.00,100\nb,300,60.00,12.00,100\n"
     )
-    assert commands.main(["reconstruct", str(tmp_path / "t.csv"), *PAIRED]) == 2
-    said = capsys.readouterr()
-    assert "paired t(299) of b minus a: 14.4" in said.out
-    assert "not counted" in said.err
+    assert commands.main(["reconstruct", str(tmp_path / "t.csv"), *PAIRED]) == 0
+    assert "paired t(299) of b minus a: 14.4" in capsys.readouterr().out
 
 
 def test_bounds_come_with_the_tables_that_attain_them(capsys, tmp_path):
@@ -163,8 +166,8 @@ def test_too_many_data_sets_to_list_are_bounded_by_sums_and_sums_of_squares(caps
         (["biet2007_table3", "--long"], "add --sample N"),
         (["biet2007_table3", "--sample", "1", "--conclusions"], "--conclusions writes a report"),
         (["biet2007_table3", "--sample", "1", "--json"], "--json writes the counts"),
-        (["biet2007_table3", "--memory-gib", "0.0001"], "needs about"),
-        (["biet2007_table3", "--minutes", "0"], "0 min are allowed"),
+        (["biet2007_table3", "--sample", "1", "--memory-gib", "0.0001"], "needs about"),
+        (["biet2007_table3", "--sample", "1", "--minutes", "0"], "0 min are allowed"),
     ],
 )
 def test_a_users_mistake_exits_2_with_a_sentence(capsys, words, said):

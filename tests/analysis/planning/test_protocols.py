@@ -3,6 +3,7 @@
 import csv
 import json
 import re
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -20,9 +21,10 @@ from slipscale.analysis.planning.protocols.studies import filling, protocol_stud
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.statistics.psychometrics.psychometric_function import Answers
 from slipscale.analysis.statistics.psychometrics.thresholds import fit_threshold
-from slipscale.analysis.tasks.thresholds.statistics import CURVE_OF
+from slipscale.analysis.tasks.thresholds.statistics import CURVE_OF, curve_of
 from slipscale.experiments.participants.simulated_people.population import Population
 from slipscale.experiments.running.pilot import pilot_plans, run_pilot
+from slipscale.experiments.study.analysis_choices import AnalysisChoices
 from slipscale.experiments.study.factors import Factor
 from slipscale.experiments.study.file import study_text
 from slipscale.experiments.study.run_plan import RunPlan
@@ -73,8 +75,31 @@ def test_thresholds_are_those_of_a_pilot_s_data_set(name, tmp_path):
             expected.append(fitted.threshold_level.value)
     answered = answers_of(protocol_study(name), 3, 4, PEOPLE).people
     assert len(expected) == 3
-    assert thresholds_of(answered) == pytest.approx(expected, rel=1e-4, nan_ok=True)
+    found = thresholds_of(answered, AnalysisChoices())
+    assert found == pytest.approx(expected, rel=1e-4, nan_ok=True)
     assert np.isfinite(expected).any()
+
+
+def test_thresholds_are_planned_on_the_axis_and_at_the_share_of_the_study():
+    study = protocol_study("difference_threshold")
+    answered = answers_of(study, 3, 4, PEOPLE).people
+    values = []
+    for asked in ({"axis": "linear"}, {"axis": "logarithmic"}, {"threshold_share": 0.8}):
+        choices = AnalysisChoices(**asked)
+        curve, share = curve_of("two_interval", choices), choices.threshold_share
+        expected = [
+            fit_threshold(each.answers, method="two_interval", curve=curve, share=share)
+            for each in answered
+        ]
+        levels = [each.threshold_level.value if each else np.nan for each in expected]
+        found = thresholds_of(answered, choices)
+        assert found == pytest.approx(levels, rel=1e-4, nan_ok=True)
+        values.append(found)
+    assert study.choices == AnalysisChoices()
+    text = study.text + '\n[analysis]\naxis = "linear"\n'
+    assert replace(study, text=text).choices.axis == "linear"
+    assert np.nanmin(values[2] / values[1]) > 1.02
+    assert not np.allclose(values[0], values[1], rtol=1e-3, equal_nan=True)
 
 
 def test_a_study_is_filled_up_to_the_minutes_and_not_beyond():

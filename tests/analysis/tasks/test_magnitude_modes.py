@@ -6,9 +6,11 @@ import pytest
 from scipy import stats
 
 from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.tasks.productions.declaration import ANALYSIS as PRODUCTIONS
 from slipscale.analysis.tasks.productions.statistics import Counterpart, productions
 from slipscale.analysis.tasks.ratings.statistics import ratings, start_effect
 from slipscale.analysis.tasks.ratios.statistics import ratios
+from slipscale.stimuli.quantity import PLATE_AMPLITUDE
 
 PEOPLE = 8
 
@@ -189,7 +191,25 @@ def test_a_production_that_does_not_grow_has_no_exponent():
 def test_productions_at_the_bounds_are_counted():
     frame = produced()
     frame.loc[frame.index[:3], "bound"] = ["lowest", "highest", "highest"]
-    assert productions(frame)[0].at_bounds == 3
+    (found,) = productions(frame)
+    assert found.at_bounds == 3
+    assert [each.at_bounds for each in found.numbers] == [3, 0, 0]
+    ended = 3 / found.numbers[0].productions
+    assert ended > 0.05
+    assert [each.interval is None for each in found.numbers] == [True, False, False]
+    texts = PRODUCTIONS.task_remarks(found, 0.95, PLATE_AMPLITUDE)
+    assert any("For the number 5, more than 5 % of productions ended" in text for text in texts)
+    assert PRODUCTIONS.task_doubts(found, 0.95, PLATE_AMPLITUDE) == []
+    many = frame.assign(bound="highest")
+    (doubt,) = PRODUCTIONS.task_doubts(productions(many)[0], 0.95, PLATE_AMPLITUDE)
+    assert f"{len(frame)} of {len(frame)} productions ended at the adjustment limits" in doubt
+
+
+def test_few_productions_at_the_bounds_leave_the_interval():
+    frame = produced(people=12)
+    frame.loc[frame.index[:2], "bound"] = "highest"
+    (found,) = productions(frame)
+    assert found.numbers[0].interval is not None
 
 
 def test_both_exponents_are_of_those_who_did_both_and_the_remedy_is_between_them():

@@ -371,27 +371,26 @@ def test_the_remedy_is_that_of_the_fault(tmp_path, monkeypatch, code, remedy):
             journal.write("note")
 
 
-def test_a_disk_that_is_gone_is_the_same_one_sentence(tmp_path, monkeypatch):
+@pytest.mark.parametrize("code", [errno.EIO, errno.EROFS])
+def test_a_disk_that_is_gone_is_one_sentence_also_when_the_journal_is_closed(
+    tmp_path, monkeypatch, code
+):
     """Neither can the record be written then, nor what is half written be cut off."""
     journal = Journal.create(tmp_path / "a.jsonl", VirtualClock())
+    journal.write("header", format=2)
 
     class Gone:
-        def tell(self):
-            return 0
-
-        def fileno(self):
-            return stream.fileno()
+        closed = False
+        tell, fileno, close = journal._stream.tell, journal._stream.fileno, journal._stream.close
 
         def write(self, _line):
-            raise OSError(5, "Input/output error")
+            raise OSError(code, os.strerror(code))
 
         truncate = write
 
-    stream = journal._stream
     monkeypatch.setattr(journal, "_stream", Gone())
-    with pytest.raises(UserError, match="Input/output error"):
-        journal.write("header", format=2)
-    stream.close()
+    with pytest.raises(UserError, match=os.strerror(code)), journal:
+        journal.write("note")
 
 
 def test_a_journal_that_never_began_leaves_no_file(tmp_path):

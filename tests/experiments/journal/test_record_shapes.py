@@ -6,9 +6,11 @@ import pytest
 
 from slipscale.experiments.dataset.bids import build_dataset
 from slipscale.experiments.journal.journal import Journal
+from slipscale.experiments.journal.plan_and_progress import read_plan
 from slipscale.experiments.journal.reading import read_whole
-from slipscale.experiments.journal.record import Record, decode, encode
+from slipscale.experiments.journal.record import Record, decode, encode, sealed
 from slipscale.experiments.journal.record_shapes import checked
+from slipscale.faults import UserError
 from slipscale.hardware.clock import VirtualClock
 
 
@@ -44,6 +46,16 @@ def test_a_wrong_shape_is_named_by_its_entry(records, kind, data, reason):
     wrong = Record(number=1, time_s=0.0, kind=kind, data=data)
     _, damage = checked([records[0], wrong])
     assert reason in damage[0].reason
+
+
+def test_a_record_of_another_version_names_that_version(tmp_path, records):
+    header = replace(records[0], hash="", data={**records[0].data, "software": {"slipscale": "9"}})
+    written, first = sealed(header, "")
+    newer = Record(number=1, time_s=0.0, kind="begin", data={"step": 0, "what": {"type": "Jump"}})
+    path = tmp_path / "sub-01_run-01_journal.jsonl"
+    path.write_bytes(first + sealed(newer, written.hash)[1])
+    with pytest.raises(UserError, match=r"line 2: not a record of this .* version 9, which began"):
+        read_plan(path)
 
 
 @pytest.mark.parametrize("time_s", [1e308, -1e308, float("nan")])

@@ -7,6 +7,7 @@ import subprocess
 import sys
 from contextlib import ExitStack
 from dataclasses import replace
+from functools import partial
 from types import SimpleNamespace
 
 import pytest
@@ -207,7 +208,7 @@ def test_a_surface_beyond_this_plate_is_told_before_anybody_sits_down(
     study = tmp_path / "study.toml"
     tasks = 'protocol = "magnitude_estimation"\nstandard_um_pp = 2.0\nmodulus = 10'
     study.write_text(f'name = "s"\ntitle = "S"\namplitudes_um_pp = [0, 1]\n[[tasks]]\n{tasks}\n')
-    monkeypatch.setattr(address, "PlateLimits", lambda: PlateLimits(level=1.5))
+    monkeypatch.setattr(address, "Plate", partial(address.Plate, limits=PlateLimits(level=1.5)))
     plan = make_plan(str(study), participant="01", pilot=True)
     with pytest.raises(PlateFault, match=r"amplitude 2 µm p-p is outside 0 to 1\.5"):
         begin(tmp_path, plan, SETTING)

@@ -29,6 +29,7 @@ from slipscale.experiments.session.parts import Setup
 from slipscale.experiments.session.resonance_tracking import ResonanceTracking
 from slipscale.experiments.study.run_plan import RunPlan
 from slipscale.faults import UserError
+from slipscale.hardware.address import Plate
 from slipscale.hardware.backends.mock import MockPlate
 from slipscale.hardware.calibration.record import Calibration
 from slipscale.hardware.clock import VirtualClock
@@ -436,7 +437,7 @@ def test_the_resonance_is_looked_for_between_trials_when_it_is_time(
     laboratory, plan, every_s, sweeps
 ):
     twin = Twin(resonator=Resonator(resonance_hz=30_550.0), noise_um=0.0)
-    plate = Generator(clock=VirtualClock(), calibration=calibration(), twin=twin)
+    plate = Generator(clock=VirtualClock(), plate=Plate(calibration=calibration()), twin=twin)
     text = PLAIN.replace("[0.0, 2.3]", "[0.5, 1.2, 2.3]")
     records = tracked_run(laboratory, plan(text, seed=3), plate, every_s)
     found = [r.data for r in records if r.kind == "tracking"]
@@ -451,7 +452,7 @@ def test_the_resonance_is_looked_for_between_trials_when_it_is_time(
 
 
 def test_a_fault_in_the_sweep_is_recovered_from_and_the_trial_begins_anew(laboratory, plan):
-    plate = Generator(clock=VirtualClock(), calibration=calibration())
+    plate = Generator(clock=VirtualClock(), plate=Plate(calibration=calibration()))
     plate.inject("lost", phase="present", n=2)
     records = tracked_run(laboratory, plan(PLAIN, seed=3), plate, 1e9)
     kinds = [r.kind for r in records if r.kind in ("fault", "tracking")]

@@ -5,6 +5,7 @@ import pytest
 from slipscale.experiments.session.followed_textures import Following
 from slipscale.experiments.session.surface_state import SurfaceState
 from slipscale.experiments.steps.steps import Present
+from slipscale.hardware.address import DEFAULT_PLATE, Plate
 from slipscale.hardware.backends.mock import MockPlate
 from slipscale.hardware.clock import VirtualClock
 from slipscale.hardware.errors import NotReached
@@ -16,10 +17,10 @@ from slipscale.stimuli.surface import VirtualSurface
 AMPLITUDES_UM_PP = (0.0, 0.5, 1.2, 2.3)
 
 
-def staged(level, limits=None, noise_um=0.0):
+def staged(level, limits=DEFAULT_PLATE.limits, noise_um=0.0):
     """Return a surface on which a surface stands, and its plate."""
     clock = VirtualClock()
-    plate = MockPlate(clock=clock, limits=limits, twin=Twin(noise_um=noise_um))
+    plate = MockPlate(clock=clock, plate=Plate(limits=limits), twin=Twin(noise_um=noise_um))
     plate.connect()
     surface = SurfaceState(plate, clock, lambda _: None, Following(plate, clock))
     surface.present(Present(surface=VirtualSurface(level=level)))

@@ -109,6 +109,14 @@ def test_a_reason_is_needed_and_escape_takes_it_all_back():
     assert asked("waiting", "v", *"oops", "\x1b", "p") == [Request(what="pause")]
 
 
+def test_a_reason_is_limited_and_the_limit_is_shown():
+    who, _ = operator("v", *"x" * 2001, "\r")
+    who.tell(SessionStatus(state="waiting", voidable=THIRD))
+    assert [who.poll() for _ in range(2002)] == [None] * 2002
+    assert "expected 2000 characters or fewer" in who.lines().plain
+    assert len(who.poll().reason) == 2000
+
+
 def test_a_fault_does_not_swallow_the_reason_being_typed():
     who, _ = operator("v", "a", "b", "\r")
     who.tell(SessionStatus(state="waiting", voidable=THIRD))
@@ -283,6 +291,18 @@ def test_keys_that_come_together_are_read_one_by_one_and_none_is_lost():
     assert rest[0] == "œ"
     assert rest[1] in ("\r", "\n")
     assert rest[2] == ""
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="pseudo-terminals are Unix'")
+def test_the_first_key_after_a_pasted_text_is_not_waited_for():
+    master, slave = os.openpty()
+    with os.fdopen(slave, "r") as terminal, Keys(terminal) as keys:
+        for _ in range(25):
+            os.write(master, b"x" * 1000)
+            keys()
+        os.write(master, b"p")
+        assert "p" in [keys() for _ in range(2100)]
+    os.close(master)
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="pseudo-terminals are Unix'")

@@ -29,7 +29,7 @@ LIMITS = PlateLimits(
 
 
 def plate(**changes):
-    return Plate(limits=replace(LIMITS, **changes), calibration=None, file=None)
+    return Plate(limits=replace(LIMITS, **changes))
 
 
 def generator(options, at):
@@ -37,7 +37,7 @@ def generator(options, at):
     made = FunctionGenerator(
         wire,
         clock=VirtualClock(),
-        limits=at.limits,
+        plate=at,
         amplifier_gain=20.0,
         drive=stated("scpi", options, at),
     )
@@ -75,7 +75,7 @@ def test_a_sound_card_makes_volts_peak_to_peak():
     card = SoundCard(
         "3",
         clock=VirtualClock(),
-        limits=at.limits,
+        plate=at,
         full_scale_v=150.0,
         drive=stated("sound", {"frequency": 125.0}, at),
     )

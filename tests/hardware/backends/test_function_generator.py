@@ -8,6 +8,7 @@ import re
 import pytest
 
 from slipscale.faults import UserError
+from slipscale.hardware.address import Plate
 from slipscale.hardware.backends import generator_line
 from slipscale.hardware.backends.function_generator import FunctionGenerator
 from slipscale.hardware.backends.generator_dialects import DIALECTS
@@ -91,9 +92,10 @@ class WatchedLine(LocalLine):
 
 class Watched(FunctionGenerator):
     def __init__(self, identity="Agilent Technologies,33521A,MY50000042,2.09", **options):
-        options.setdefault("calibration", calibration(amplifier_gain=10))
+        facts = {key: options.pop(key) for key in ("calibration", "limits") if key in options}
+        plate = Plate(**{"calibration": calibration(amplifier_gain=10)} | facts)
         self.line = WatchedLine(identity)
-        super().__init__(self.line, clock=SystemClock(), **options)
+        super().__init__(self.line, clock=SystemClock(), plate=plate, **options)
         self.wire, self.answers, self._ask = self.line.wire, self.line.answers, self.line.ask
         self.channel = self.line.generator.channel[1]
 
@@ -302,7 +304,7 @@ def on_a_socket(monkeypatch):
 
 
 def driver(line, generator, clock, options):
-    options.setdefault("calibration", calibration_of(generator))
+    options.setdefault("plate", Plate(calibration=calibration_of(generator)))
     plate = FunctionGenerator(line, clock=clock, **options)
     plate._machine = clock
     return plate
@@ -376,7 +378,7 @@ def test_a_make_that_is_not_known_is_refused_with_the_remedy():
     wire.generator.identity = "Nobody,F1,1,1"
     with pytest.raises(WrongDevice, match=r"'Nobody F1'.*dialect=.*keysight, rigol"):
         plate.connect()
-    chosen = {"calibration": None, "amplifier_gain": 10, "dialect": DIALECTS["tektronix"]}
+    chosen = {"plate": Plate(), "amplifier_gain": 10, "dialect": DIALECTS["tektronix"]}
     named, wire = local("tektronix", **chosen)
     wire.generator.identity = "Nobody,F1,1,1"
     with named:

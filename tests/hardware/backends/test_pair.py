@@ -6,6 +6,7 @@ from types import SimpleNamespace
 import pytest
 
 from slipscale.faults import UserError
+from slipscale.hardware.address import Plate
 from slipscale.hardware.backends.mock import MockPlate
 from slipscale.hardware.backends.pair import PlatePair
 from slipscale.hardware.clock import VirtualClock
@@ -28,7 +29,8 @@ ON = VirtualSurface(level=1.2)
 def pair():
     clock = VirtualClock()
     first, second = (
-        MockPlate(clock=clock, limits=limits, twin=Twin(noise_um=0)) for limits in (None, VOLTS)
+        MockPlate(clock=clock, plate=Plate(limits=limits), twin=Twin(noise_um=0))
+        for limits in (PlateLimits(), VOLTS)
     )
     with PlatePair(first, second) as pair:
         pair.second_level = 100.0
@@ -45,7 +47,7 @@ def board_of_1_5_um():
             return super()._connect()
 
     clock = VirtualClock()
-    return PlatePair(Narrowing(clock=clock), MockPlate(clock=clock, limits=VOLTS))
+    return PlatePair(Narrowing(clock=clock), MockPlate(clock=clock, plate=Plate(limits=VOLTS)))
 
 
 def levels(pair):

@@ -52,6 +52,7 @@ class Card:
     PortAudioError = PortAudioError
 
     def __init__(self):
+        self.name = "Fake Audio 192"
         self.blocks = []
         self.active = self.stuck = self.underflow = self.unstoppable = False
         self.opened = None
@@ -61,7 +62,7 @@ class Card:
         if device == "none":
             raise ValueError("No output device matching 'none'")
         assert kind == "output"
-        return {"name": "Fake Audio 192"}
+        return {"name": self.name}
 
     def RawOutputStream(self, **options):
         if self.refuses:
@@ -174,6 +175,15 @@ def test_the_other_channel_is_the_one_that_is_silent(card, calibration):
         plate.present(SURFACE)
         assert np.abs(card.played[:, 0]).max() == 0
         assert card.amplitude(1) > 0.3
+
+
+@pytest.mark.parametrize(
+    "name, noted", [("pulse", True), ("default", True), ("USB Audio (hw:1,0)", False)]
+)
+def test_a_device_whose_output_the_sound_server_can_move_is_noted(card, name, noted):
+    card.name = name
+    with open_plate("sound:3,full_scale=20", clock=VirtualClock()) as plate:
+        assert [f"sound device '{name}' belongs" in note for note in plate.notes] == [True] * noted
 
 
 def test_silence_is_on_the_wire_when_silence_returns(card, plate):

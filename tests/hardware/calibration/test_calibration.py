@@ -14,6 +14,7 @@ from scipy import stats
 
 from slipscale import commands
 from slipscale.faults import UserError
+from slipscale.hardware.address import Plate
 from slipscale.hardware.backends.mock import MockPlate
 from slipscale.hardware.calibration.fit import fit_gain, fit_resonance, response
 from slipscale.hardware.calibration.record import (
@@ -115,7 +116,7 @@ def test_a_sweep_stops_where_the_measured_amplitude_exceeds_the_plates_limit():
 
 
 def test_a_plate_may_be_calibrated_again_beyond_its_last_calibration(calibration):
-    plate = MockPlate(clock=VirtualClock(), twin=STRONG, calibration=calibration)
+    plate = MockPlate(clock=VirtualClock(), twin=STRONG, plate=Plate(calibration=calibration))
     plate.limits = replace(plate.limits, level=1.0)
     plate.connect()
     assert plate.excite(frequency_hz=30_500, voltage_v=7.0).level == pytest.approx(2.1, rel=0.02)
@@ -207,11 +208,13 @@ def test_a_calibration_of_another_device_is_refused_before_anything_is_presented
     calibration, device, said
 ):
     other = made_on(calibration, **device)
-    plate = Real(clock=VirtualClock(), calibration=other)
+    plate = Real(clock=VirtualClock(), plate=Plate(calibration=other))
     with pytest.raises(WrongDevice, match=said):
         plate.connect()
     assert [each.name for each in plate.log] == ["connect", "silence"]
-    rehearsed = MockPlate(clock=VirtualClock(), calibration=made_on(calibration, backend="scpi"))
+    rehearsed = MockPlate(
+        clock=VirtualClock(), plate=Plate(calibration=made_on(calibration, backend="scpi"))
+    )
     rehearsed.connect()
     assert any("this is 'mock'" in note for note in rehearsed.notes)
 
@@ -220,7 +223,7 @@ def test_a_calibration_of_another_device_is_refused_before_anything_is_presented
 def test_a_calibration_of_an_impossible_date_is_refused(calibration, date):
     own = made_on(dated(calibration, date), backend="real", serial="twin")
     with pytest.raises(UserError, match="recalibrate"):
-        Real(clock=VirtualClock(), calibration=own).connect()
+        Real(clock=VirtualClock(), plate=Plate(calibration=own)).connect()
 
 
 def test_a_file_that_was_changed_is_refused(calibration, tmp_path):

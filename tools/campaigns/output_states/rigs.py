@@ -27,7 +27,6 @@ from slipscale.hardware.clock import VirtualClock
 from slipscale.hardware.emulator.firmware import Board
 from slipscale.hardware.emulator.generators import MAKES
 from slipscale.hardware.errors import ConnectionLost
-from slipscale.hardware.limits import PlateLimits
 from slipscale.hardware.plate.dynamics import NO_FINGER, FingerLoad
 from slipscale.hardware.plate.twin import Twin
 from slipscale.hardware.records import Output
@@ -103,7 +102,9 @@ class GeneratorRig(Rig):
         self.generator = self.line.generator
         serial = self.generator.identity.split(",")[2]
         plate = FunctionGenerator(
-            self.line, clock=VirtualClock(), calibration=calibration("scpi", serial, AMPLIFIER)
+            self.line,
+            clock=VirtualClock(),
+            plate=Plate(calibration=calibration("scpi", serial, AMPLIFIER)),
         )
         plate._machine = VirtualClock()  # noqa: SLF001 - nothing waits
         self.plate = plate
@@ -167,7 +168,7 @@ class BoardRig(Rig):
         self.plate = SerialBoard(
             self.line.port,
             clock=self.line,
-            calibration=calibration("serial", serial, 1.0),
+            plate=Plate(calibration=calibration("serial", serial, 1.0)),
             host=self.line,
         )
         self.happenings = {
@@ -266,7 +267,9 @@ class SoundRig(Rig):
         self.audio = Audio()
         self.modules = {"sounddevice": self.audio}
         plate = SoundCard(
-            "3", clock=VirtualClock(), calibration=calibration("sound", "card, channel 1", 20.0)
+            "3",
+            clock=VirtualClock(),
+            plate=Plate(calibration=calibration("sound", "card, channel 1", 20.0)),
         )
         plate._machine = AudioClock(self.audio)  # noqa: SLF001 - nothing waits
         self.plate = plate
@@ -290,7 +293,7 @@ class DaqRig(Rig):
             "emulated/ao0",
             {"frequency": RESONANCE_HZ, "per_volt": LEVEL_PER_V, "readback": "emulated/ai0"},
             clock=VirtualClock(),
-            plate=Plate(limits=PlateLimits(), calibration=None, file=None),
+            plate=Plate(),
         )
         self.happenings = {
             "unplugged": partial(self._set, unplugged=True),

@@ -26,8 +26,8 @@ from contextlib import suppress
 from pathlib import Path
 
 from tools.campaigns.torture.pilots import Outcome, disk_campaign, looked_up_once, plans_of, studies
-from tools.campaigns.torture.system_calls import CALLS, kill_campaign
-from tools.campaigns.torture.upkeep import kill_upkeep
+from tools.campaigns.torture.system_calls import CALLS, strike_campaign
+from tools.campaigns.torture.upkeep import strike_upkeep
 from tools.campaigns.torture.writers import writer_campaign
 
 ROUNDS = 10  # of writers, per place
@@ -61,11 +61,11 @@ def campaign(names: Sequence[str], places: int, participants: int, outcome: Outc
     plans = [plan for name in names for plan in plans_of(name, participants)]
     with looked_up_once():
         writer_campaign(plans[0], ROUNDS * (places or 100), outcome)
-        kill_upkeep(CALLS * places, outcome)
+        strike_upkeep(CALLS * places, outcome)
         for plan in plans:
             began_s = time.monotonic()
             disk_campaign(plan, places, outcome)
-            kill_campaign(plan, places, outcome)
+            strike_campaign(plan, places, outcome)
             who = f"{Path(plan.study_name).stem}, participant {plan.participant} {plan.session}"
             print(f"{who}: {time.monotonic() - began_s:.0f} s", file=sys.stderr, flush=True)
 

@@ -13,6 +13,8 @@ import signal
 import sys
 import traceback
 from collections.abc import Callable
+from contextlib import suppress
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -26,7 +28,7 @@ from tools.campaigns.torture.pilots import Outcome, difference, folder, spread, 
 if TYPE_CHECKING:
     from slipscale.experiments.study.run_plan import RunPlan
 
-FIRST, RESUMED = "SIGKILL in a run", "SIGKILL in a resumed run"
+FIRST, RESUMED = "in a run", "in a resumed run"
 KINDS = (FIRST, RESUMED)
 # Python's audit events of calls that name or lock a file.
 EVENTS = ("open", "os.mkdir", "os.remove", "os.rename", "os.rmdir", "os.utime")
@@ -100,17 +102,48 @@ class Calls:
         return counted
 
 
-def in_a_process(root: Path, at: int, action: Callable[[], object]) -> int | None:
-    """Run an action in a fork; return its number of calls, or None if it was killed."""
+@dataclass(frozen=True)
+class Strike:
+    """What happens at a system call of a process.
+
+    Parameters
+    ----------
+    name : str
+        Name in the table of results.
+    begin : callable
+        Receives the folder and the number of the call, starts counting, and returns a function that
+        returns the number of calls so far.
+    raises : tuple of type
+        Exceptions with which the process may report what happened.
+    """
+
+    name: str
+    begin: Callable[[Path, int], Callable[[], int]]
+    raises: tuple[type[BaseException], ...] = ()
+
+
+def _kill(root: Path, at: int) -> Callable[[], int]:
+    calls = Calls(root, at)
+    calls.watch()
+    return lambda: calls.count
+
+
+SIGKILL = Strike("SIGKILL", _kill)
+
+
+def in_a_process(
+    root: Path, at: int, action: Callable[[], object], strike: Strike = SIGKILL
+) -> int | None:
+    """Run an action in a fork; return its number of calls, or None if it was struck."""
     reading, writing = os.pipe()
     process = os.fork()
     if not process:
         status = 1
         try:
-            calls = Calls(root, at)
-            calls.watch()
-            action()
-            os.write(writing, str(calls.count).encode())
+            count = strike.begin(root, at)
+            with suppress(*strike.raises):
+                action()
+            os.write(writing, str(count()).encode())
             status = 0
         except BaseException:  # noqa: BLE001 - a fork must not go on as its parent
             traceback.print_exc()
@@ -123,8 +156,8 @@ def in_a_process(root: Path, at: int, action: Callable[[], object]) -> int | Non
     if os.WIFSIGNALED(status):
         return None
     if status:
-        raise RuntimeError(f"the process failed, but not by SIGKILL at call {at}")
-    return int(told)
+        raise RuntimeError(f"the process failed, but not by {strike.name} at call {at}")
+    return None if -1 < at < int(told) else int(told)
 
 
 def _run_and_build(dataset: Path, plan: RunPlan) -> None:
@@ -140,31 +173,33 @@ def cut(whole: Path, dataset: Path, plan: RunPlan) -> None:
     path.write_bytes(journal[: len(journal) // 2])
 
 
-def kill_campaign(plan: RunPlan, places: int, outcome: Outcome) -> None:
-    """Kill a pilot at ``CALLS * places`` system calls, in a new run and in a resumed run."""
+def strike_campaign(plan: RunPlan, places: int, outcome: Outcome, strike: Strike = SIGKILL) -> None:
+    """Strike a pilot at ``CALLS * places`` system calls, in a new run and in a resumed run."""
     expected, _ = undisturbed(plan)
     with folder() as place:
         whole, base = place / "whole", place / "base"
-        all_calls = in_a_process(whole, NEVER, partial(_run_and_build, whole, plan))
+        all_calls = in_a_process(whole, NEVER, partial(_run_and_build, whole, plan), strike)
         cut(whole, base, plan)
         for turn, kind in enumerate(KINDS):
-            calls = all_calls if kind == FIRST else _resumed_calls(base, place / "r", plan)
+            calls = all_calls
+            if kind == RESUMED:
+                calls = _resumed_calls(base, place / "r", plan, strike)
             for at in spread(calls or 0, CALLS * places, turn):
                 made = place / "a"
                 if kind == RESUMED:
                     shutil.copytree(base, made)
-                made_calls = in_a_process(made, at, partial(_run_and_build, made, plan))
                 try:
+                    made_calls = in_a_process(made, at, partial(_run_and_build, made, plan), strike)
                     run_simulated(made, plan, "mock", synced=True)
                     problem = difference(made, expected)
                 except Exception as error:  # noqa: BLE001 - any exception is a problem
-                    problem = repr(error)
+                    problem, made_calls = repr(error), None
                 # One wait for the disk covers several records, so the number of calls varies.
                 if problem or made_calls is None:
-                    outcome.judge(kind, plan, f"at call {at}", problem)
+                    outcome.judge(f"{strike.name} {kind}", plan, f"at call {at}", problem)
                 shutil.rmtree(made, ignore_errors=True)
 
 
-def _resumed_calls(base: Path, dataset: Path, plan: RunPlan) -> int | None:
+def _resumed_calls(base: Path, dataset: Path, plan: RunPlan, strike: Strike) -> int | None:
     shutil.copytree(base, dataset)
-    return in_a_process(dataset, NEVER, partial(_run_and_build, dataset, plan))
+    return in_a_process(dataset, NEVER, partial(_run_and_build, dataset, plan), strike)

@@ -29,7 +29,7 @@ from slipscale.experiments.journal.journal import FALLBACK
 from slipscale.experiments.running.pilot import run_simulated
 from slipscale.experiments.study.file import study_text
 from tools.campaigns.torture.pilots import Outcome, folder, plans_of, spread
-from tools.campaigns.torture.system_calls import NEVER, in_a_process
+from tools.campaigns.torture.system_calls import NEVER, SIGKILL, Strike, in_a_process
 
 if TYPE_CHECKING:
     from slipscale.experiments.study.run_plan import RunPlan
@@ -45,13 +45,8 @@ items = [{ name = "h01", prompt = "Do you like to touch?" }]
 GONE = "sub-01"
 
 
-def kind_of(command: str) -> str:
-    """Return the name of the fault in which a command is killed."""
-    return f"SIGKILL in {command}"
-
-
-def kill_upkeep(places: int, outcome: Outcome) -> None:
-    """Kill each command at ``places`` system calls (0: at every call), and run it again."""
+def strike_upkeep(places: int, outcome: Outcome, strike: Strike = SIGKILL) -> None:
+    """Strike each command at ``places`` system calls (0: at every call), and run it again."""
     with folder() as root, _at_home(root / "laboratory" / "home"):
         study = root / "biet2007.toml"
         study.write_text(study_text("biet2007") + QUESTIONNAIRE, encoding="utf-8")
@@ -62,18 +57,18 @@ def kill_upkeep(places: int, outcome: Outcome) -> None:
             place.rename(base)
             shutil.copytree(base, place)
             before = _rows(place)
-            calls = in_a_process(root, NEVER, partial(act, place))
+            calls = in_a_process(root, NEVER, partial(act, place), strike)
             for at in spread(calls or 0, places, turn):
                 shutil.rmtree(place)
                 shutil.copytree(base, place)
-                killed = in_a_process(root, at, partial(act, place)) is None
                 try:
-                    if killed:
+                    struck = in_a_process(root, at, partial(act, place), strike) is None
+                    if struck:
                         act(place)
-                    problem = judge(place, before) or ("" if killed else "not killed")
+                    problem = judge(place, before) or ("" if struck else "not struck")
                 except Exception as error:  # noqa: BLE001 - any exception is a problem
                     problem = repr(error)
-                outcome.judge(kind_of(name), plans[0], f"at call {at}", problem)
+                outcome.judge(f"{strike.name} in {name}", plans[0], f"at call {at}", problem)
             shutil.rmtree(place)
             shutil.rmtree(base)
 

@@ -224,6 +224,6 @@ def test_sizes_with_the_same_bound_share_one_clause():
         participants={},
     )
     assert sensitivity(found, 0.95, PLATE_AMPLITUDE) == (
-        "Sensitivity was d′ = 1.20 [0.40, 2.00] for steps of 0.5 µm, and at ceiling (d′ ≥ 1.76) "
+        "Sensitivity was d′ = 1.20 [0.40, 2.00] for steps of 0.5 µm, and at least d′ = 1.76 "
         "for steps of 0.7 and 1.1 µm (95% intervals)."
     )

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from slipscale.faults import UserError
+from slipscale.hardware.address import Plate
 from slipscale.hardware.backends.serial_board import protocol as wire
 from slipscale.hardware.backends.serial_board.driver import SerialBoard
 from slipscale.hardware.backends.serial_board.link import BoardLink
@@ -377,7 +378,7 @@ def test_the_plates_q_bounds_what_the_board_is_asked_for(board):
             ],
         }
     )
-    with SerialBoard(board.port, clock=board.host, calibration=ringing) as plate:
+    with SerialBoard(board.port, clock=board.host, plate=Plate(calibration=ringing)) as plate:
         assert plate.modulator.edge_s == pytest.approx(3 * 600 / (np.pi * 30_500))
         with pytest.raises(
             UserError, match=r"the plate and its connection can follow at most 25\.4"
@@ -387,7 +388,7 @@ def test_the_plates_q_bounds_what_the_board_is_asked_for(board):
 
 def test_limits_are_narrowed_to_the_boards(board):
     wide = PlateLimits(level=9, voltage_v=99, frequency_max_hz=9e4, on_time_s=9e9)
-    with SerialBoard(board.port, clock=board.host, limits=wide) as plate:
+    with SerialBoard(board.port, clock=board.host, plate=Plate(limits=wide)) as plate:
         assert plate.limits == PlateLimits()
         assert plate.watchdog_s == 0.5
         with pytest.raises(OverLimit):
@@ -633,7 +634,7 @@ def test_a_board_in_volts_presents_volts_and_is_refused_for_micrometres(host, pl
 def test_levels_in_a_unit_that_a_board_reports_too_coarsely_are_refused_before_the_session():
     mm = made_by_plate("displacement", "mm", "peak to peak")
     limits = PlateLimits(level=0.0025, deviation_level=0.00005, quantity=mm)
-    plate = SerialBoard("COM3", clock=VirtualClock(), limits=limits)
+    plate = SerialBoard("COM3", clock=VirtualClock(), plate=Plate(limits=limits))
     assert plate.check_supported(VirtualSurface(level=0.0)) is None
     for level in (0.00004, 0.00115, 0.0023):
         with pytest.raises(UserError, match=f"COM3: .* for {level:g} mm p-p; use a smaller unit"):
