@@ -302,7 +302,8 @@ def tidied(names: pd.Series[Any]) -> pd.Series[Any]:
     if isinstance(names.dtype, pd.CategoricalDtype):
         found, known = names.cat.codes.to_numpy(), names.cat.categories
     else:
-        found, known = pd.factorize(names.to_numpy(object))
+        found, values = pd.factorize(names.to_numpy(object))
+        known = pd.Index(values)
     plain = [" ".join(str(name).split()) for name in known]
     kept = sorted(set(plain) - {""})
     if isinstance(names.dtype, pd.CategoricalDtype) and kept == list(known):

@@ -101,8 +101,8 @@ def read_rows(
     who = mapping.columns.participant or PARTICIPANT
     if len(filled) > 1 and who in rows:
         people = [str(label) for label in rows[who].dropna().unique()]
-        notes = check_labels(people, who, "all files")
-        problems.add_many(notes, "labels that differ little")
+        alike = check_labels(people, who, "all files")
+        problems.add_many(alike, "labels that differ little")
     # A column that is only needed to select rows could have the name of one of Slipscale's columns.
     rows = chosen(rows, mapping.table.only, paths[0])
     named = mapping.columns.named.values()

@@ -9,6 +9,7 @@ from __future__ import annotations
 import re
 import shlex
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -212,7 +213,7 @@ def proposal_for(paths: Sequence[Path]) -> Proposal | None:
 
 
 def _cells(path: Path) -> pd.DataFrame:
-    """Return all cells of a table; a first line of numbers is no header."""
+    """Return all cells of a table; a first line like the other lines is no header."""
     read = partial(
         read_table,
         path,
@@ -223,11 +224,25 @@ def _cells(path: Path) -> pd.DataFrame:
         problems=Problems(),
         everything=True,
     )
-    frame, _ = read()
-    names = [str(name) for name in frame.columns if name not in ("file", "line")]
-    if as_numbers(pd.Series(names, dtype="str"))[1].notna().all():
-        frame, _ = read(header=False)
-    return frame.drop(columns=["file", "line"])
+    try:
+        frame, _ = read()
+    except UserError as error:
+        # Values occur twice in a line, names do not.
+        with suppress(UserError):
+            return read(header=False)[0].drop(columns=["file", "line"])
+        raise error from None
+    frame = frame.drop(columns=["file", "line"])
+    if len(frame) and all(_like_a_cell(str(name), frame[name]) for name in frame):
+        frame = read(header=False)[0].drop(columns=["file", "line"])
+    return frame
+
+
+def _like_a_cell(name: str, cells: pd.Series[Any]) -> bool:
+    """Return whether the name of a column is a number above numbers, or one of the words below."""
+    text, numbers = as_numbers(cells)
+    if numbers.notna().any():
+        return bool(as_numbers(pd.Series([name], dtype="str"))[1].notna().all())
+    return bool((text.str.strip() == name.strip()).any())
 
 
 def describe(frame: pd.DataFrame) -> tuple[Column, ...]:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import re
 from itertools import combinations
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -57,7 +58,7 @@ def _paired_rows(frame: pd.DataFrame) -> Given:
         if frame[kind].nunique() > MOST_KINDS:
             continue
         for level, answer in combinations(gaps, 2):
-            of = [frame.loc[frame[name].notna(), kind] for name in (level, answer)]
+            of = [frame[kind][frame[name].notna()] for name in (level, answer)]
             together = (frame[level].notna() & frame[answer].notna()).any()
             if together or any(len(set(own)) != 1 or own.isna().any() for own in of):
                 continue
@@ -81,7 +82,7 @@ def _pairs(frame: pd.DataFrame) -> Given:
         both, all_items = items[first] & items[second], items[first] | items[second]
         if not (len(both) > len(all_items) / 2 and FEWEST <= len(all_items) <= MOST_ITEMS):
             continue
-        pair = {"first": str(first), "second": str(second)}
+        pair: Given = {"first": str(first), "second": str(second)}
         for name in frame.columns.drop([first, second]):
             own = frame[name].astype(str)
             chosen = ((own == frame[first]) | (own == frame[second]))[frame[name].notna()]
@@ -126,7 +127,7 @@ def _wide(frame: pd.DataFrame) -> Given:
     return {"levels": levels} | ({"n": counted[0]} if counted else {})
 
 
-def _numeric(cells: pd.Series[object]) -> bool:
+def _numeric(cells: pd.Series[Any]) -> bool:
     text, numbers = as_numbers(cells)
     text = text.dropna()
     return bool(len(text)) and bool(numbers[text.index].notna().all())

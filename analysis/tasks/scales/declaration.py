@@ -154,7 +154,7 @@ class _Scales(OneStatistic[TaskScale]):
     heading = "Scales of {q.judged}"
 
     def task_name(self, found: TaskScale, _quantity: Quantity) -> str:
-        form = "Paired comparison" if found.consistency else "Triads"
+        form = {2: "Paired comparison", 3: "Triads", 4: "Quadruples"}[found.stimuli]
         return task_name(f"{form} of {len(found.surfaces)} surfaces", found.task)
 
     def task_answer(self, found: TaskScale, _confidence: float, quantity: Quantity) -> str:

@@ -81,7 +81,9 @@ class TaskScale:
     consistency : Mapping of str to Consistency or NotComputed
         Consistency of each participant.
     differences : DifferenceScale or NotComputed
-        Scale from triads.
+        Scale from triads or quadruples.
+    stimuli : int
+        Number of stimuli per trial: 2 for pairs, 3 for triads, 4 for quadruples.
     """
 
     task: str
@@ -96,6 +98,7 @@ class TaskScale:
     transitivity: StochasticTransitivity | NotComputed
     consistency: Mapping[str, Consistency | NotComputed]
     differences: DifferenceScale | NotComputed
+    stimuli: int = 2
 
 
 def scales(
@@ -138,6 +141,7 @@ def _task(task: str, rows: pd.DataFrame, confidence: float) -> TaskScale:
         differences=_differences(main, stimuli, surfaces, confidence)
         if triads
         else NotComputed("pairs were compared, not triads"),
+        stimuli=len(stimuli),
     )
 
 

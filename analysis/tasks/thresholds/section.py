@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from math import exp, isfinite
 from statistics import median
 
 from markupsafe import Markup
@@ -62,6 +63,7 @@ def blocks(
         *html.figure_if_drawn(svgs, f"thresholds_{task.task}", caption, alt),
         html.details(_range(task, quantity), [each_participant]),
         *_factors(task, quantity),
+        *_slopes(task, quantity),
         *html.figure_if_drawn(
             svgs,
             f"tracks_{task.task}",
@@ -116,9 +118,7 @@ def _factors(task: TaskThresholds, quantity: Quantity) -> list[Markup]:
         )
         compared = [
             [
-                " compared with ".join(
-                    factor_level(factor.name, name) for name in (each.second, each.first)
-                ),
+                _pair(factor.name, each.second, each.first),
                 *_interval_cells(each.change),
                 p_value(each.p),
                 p_value(each.p_holm),
@@ -128,6 +128,44 @@ def _factors(task: TaskThresholds, quantity: Quantity) -> list[Markup]:
         if compared:
             tables.append(html.table(CONTRASTS, compared, f"Change: {change} of thresholds."))
     return tables
+
+
+def _slopes(task: TaskThresholds, quantity: Quantity) -> list[Markup]:
+    """Return the tables of slopes in the conditions of each factor."""
+    titles = ("Slope by", "Level", quantity.heading("Just noticeable difference"))
+    tables = []
+    for factor in task.slopes:
+        rows = [
+            [factor_name(factor.name), factor_level(factor.name, name), _finite(half)]
+            for name, half in factor.half_widths_level.items()
+        ]
+        note = (
+            "Geometric means of participants' curves without lapses, which few answers do not "
+            "determine."
+        )
+        tables.append(html.table(html.columns(*titles, left=2), rows, note))
+        compared = [
+            [
+                _pair(factor.name, each.second, each.first),
+                significant(exp(each.log_ratio.mean)),
+                bracketed(each.log_ratio.interval, lambda end: significant(exp(end))),
+                p_value(each.log_ratio.p),
+                p_value(each.p_holm),
+            ]
+            for each in factor.contrasts
+            if not isinstance(each.log_ratio, NotComputed) and each.p_holm is not None
+        ]
+        if compared:
+            tables.append(html.table(CONTRASTS, compared, "Change: ratio of slopes."))
+    return tables
+
+
+def _finite(value: float) -> str:
+    return significant(value) if isfinite(value) else DASH
+
+
+def _pair(factor: str, second: str, first: str) -> str:
+    return " compared with ".join(factor_level(factor, name) for name in (second, first))
 
 
 def _interval_cells(found: Estimate) -> list[str]:

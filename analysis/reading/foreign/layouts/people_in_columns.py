@@ -24,7 +24,8 @@ OF = re.compile(r"(?:\bof|/)\s*(\d+)\b")
 def reshape(rows: Rows) -> pd.DataFrame:
     """Return one row per level and participant."""
     frame = rows.frame
-    names = [name for name in frame.columns if name not in ("file", "line", PARTICIPANT)]
+    # The number of all answers is no participant, whether it is a column or stated.
+    names = [name for name in frame.columns if name not in ("file", "line", PARTICIPANT, "n")]
     first, people = names[:1], names[1:]
     if not people or not len(frame):
         raise UserError(
@@ -35,16 +36,15 @@ def reshape(rows: Rows) -> pd.DataFrame:
     levels = as_numbers(frame[first[0]])[1]
     # Lines above the first level belong to the header.
     above = (levels.notna().cumsum() == 0) & frame[first[0]].notna()
-    n = rows.mapping.columns.n
     parts = []
     for who in people:
         own = frame.loc[~above, ["file", "line"]].copy()
         own[PARTICIPANT], own[STIMULUS] = who, frame.loc[~above, first[0]]
         cells = frame.loc[~above, who]
         number = OF.search(" ".join(frame.loc[above, who].astype("str").dropna()))
-        counted = n or (number and number[1])
+        of = frame.loc[~above, "n"] if "n" in frame else number and number[1]
         parts.append(
-            own.assign(n=counted, yes_count=cells) if counted else own.assign(estimate=cells)
+            own.assign(estimate=cells) if of is None else own.assign(n=of, yes_count=cells)
         )
     counted = ["yes_count" in part for part in parts]
     if any(counted) != all(counted):

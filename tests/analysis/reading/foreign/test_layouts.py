@@ -13,6 +13,7 @@ from slipscale.analysis.cli.analyse import add_analyse, paths_of
 from slipscale.analysis.cli.mapping_arguments import mapping_from
 from slipscale.analysis.load import load
 from slipscale.analysis.tasks.scales.statistics import scales
+from slipscale.analysis.tasks.thresholds import section
 from slipscale.analysis.tasks.thresholds.statistics import thresholds
 
 #: Tables of the same layouts, which are kept next to some checkouts.
@@ -369,6 +370,10 @@ def test_offsets_in_two_conditions_have_different_points_of_equality(of_others, 
         {"moving": 0.6745 * 1.4, "still": 0.6745 * 0.8}, rel=0.2
     )
     assert slopes.contrasts[0].p_holm < 0.05
+    shown = " ".join(section.blocks(found, {}, 95, data.quantity))
+    assert "Change: ratio of slopes." in shown
+    assert "Slope by" in shown
+    assert shown.count("still compared with moving") == 2
     assert data.quantity.unit == "mm"
 
 
@@ -384,3 +389,14 @@ def test_stimuli_and_answers_in_separate_rows_are_joined(of_others, monkeypatch)
     means = data.estimates.groupby("level")["estimate"].mean()
     assert means.index.tolist() == [44, 45, 46, 47, 48]
     assert means.is_monotonic_increasing
+
+
+@pytest.mark.parametrize("n", ["20", "of"])
+def test_the_number_of_answers_is_no_person_in_a_column(tmp_path, n):
+    """The stated number was one more person, who was always right."""
+    text = "level,a,b,of\n1,9,8,20\n2,14,12,20\n4,18,17,20\n"
+    lines = text.splitlines() if n == "of" else [each.rpartition(",")[0] for each in text.split()]
+    (tmp_path / "t.csv").write_text("\n".join(lines))
+    data = load(tmp_path / "t.csv", people_in_columns=True, stimulus="level", n=n)
+    assert data.people == {"a", "b"}
+    assert len(data) == 2 * 3 * 20

@@ -138,6 +138,22 @@ def test_the_proposed_command_works(tmp_path, monkeypatch, capsys):
     assert commands.main(["analyse", "data.csv", "--out", "results"]) == 0
 
 
+@pytest.mark.parametrize(
+    "lines, command",
+    [
+        ("red 1 0 421 1\nred 2 1 399 1\nblue 4 1 350 1\nred 1 0 366 1", "--no-header"),
+        ("a,1,10,20\na,2,14,20\nb,1,15,20\nb,2,17,20", "--no-header"),
+        ("who,1,2,4\na,11,19,30\nb,8,17,40", "slipscale analyse"),
+    ],
+    ids=["PsyToolkit", "words and counts", "levels as names"],
+)
+def test_a_first_line_like_the_others_is_no_header(tmp_path, lines, command):
+    (tmp_path / "x.txt").write_text(lines + "\n")
+    found = proposal_for([tmp_path / "x.txt"]).command
+    assert command in found
+    assert ("--no-header" in found) == (command == "--no-header")
+
+
 def test_a_folder_of_tables_is_described_by_its_first_one(tmp_path):
     for who in "ab":
         TRIALS.drop(columns="who").to_csv(tmp_path / f"{who}.csv", index=False)
