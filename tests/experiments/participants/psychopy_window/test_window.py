@@ -363,7 +363,7 @@ def test_lost_keyboard_focus_is_noticed_and_comes_back_with_a_click(window):
         hand()
 
     window.perform(Explore(text="Stroke."), watch)
-    assert any("Le clavier n'est pas actif" in getattr(item, "content", "") for item in shown)
+    assert any("Le clavier n’est pas actif" in getattr(item, "content", "") for item in shown)
     assert window.focused
 
 
