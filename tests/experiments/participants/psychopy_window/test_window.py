@@ -89,7 +89,8 @@ class Hand:
         """Serve as the session's watch: called at every frame."""
         assert time.perf_counter() < self._gives_up_s, "the window did not come to an end"
         self._frames += 1
-        if self._busy and self._busy.poll() is None:
+        # The hand before this one may not have released its key yet.
+        if any(each.poll() is None for each in PRESSING):
             self._frames = 0
         elif self._lines and self._frames > 3:
             line = self._lines.pop(0)
