@@ -107,19 +107,34 @@ def changed(text: str, change: Change) -> str:
 def value_of(kind: Kind, typed: str) -> Any:
     """Convert typed text to a TOML value; leave invalid numbers as text.
 
-    >>> value_of("number", "0,5"), value_of("numbers", "0, 1.5; 2"), value_of("number", "many")
-    (0.5, [0, 1.5, 2], 'many')
+    A comma in a number is its decimal mark if the numbers are separated by semicolons or blanks.
+    After a comma with a blank ("0, 0,8") it could be either, so that it stays text.
+
+    >>> value_of("number", "0,5"), value_of("numbers", "0; 0,8; 1,9"), value_of("number", "many")
+    (0.5, [0, 0.8, 1.9], 'many')
+    >>> value_of("numbers", "0,1.5,2"), value_of("numbers", "0 0,8"), value_of("numbers", "0, 0,8")
+    ([0, 1.5, 2], [0, 0.8], [0, '0,8'])
     """
     if kind == "switch":
         return typed == "true"
-    if kind in ("numbers", "several"):
-        words = [word for word in re.split(r"[\s,;]+", typed) if word]
-        return [_number(word) for word in words] if kind == "numbers" else words
+    if kind == "several":
+        return [word for word in re.split(r"[\s,;]+", typed) if word]
+    if kind == "numbers":
+        return _numbers(typed)
     if kind == "lines":
         return [line.strip() for line in typed.splitlines() if line.strip()]
     if kind == "number" or (kind == "choice" and typed.isdecimal()):
         return _number(typed.strip())
     return typed
+
+
+def _numbers(typed: str) -> list[int | float | str]:
+    separators = r"\s*;\s*" if ";" in typed else r",\s+" if re.search(r",\s", typed) else r"\s+"
+    parts = [part for part in re.split(separators, typed.strip()) if part]
+    if len(parts) == 1:
+        return [_number(word) for word in parts[0].split(",") if word]
+    unclear = separators.startswith(",")
+    return [part if unclear and "," in part else _number(part) for part in parts]
 
 
 def _number(typed: str) -> int | float | str:

@@ -154,7 +154,7 @@ def test_faults_are_told_by_their_code_alone(visitor, session):
         journal.write("fault", code="not_reached", message="2.3 µm p-p was commanded")
         page = visitor.see("/live")
     assert "the plate did not reach the amplitude" in page
-    assert "2.3" not in page
+    assert "2.3 µm" not in page
 
 
 def test_what_is_asked_on_the_page_reaches_the_session(visitor, session):
