@@ -14,6 +14,8 @@ from slipscale.faults.suggestions import did_you_mean, expected_one_of
 EXPECTED: dict[object, str] = {int: "expected a whole number", float: "expected a number"}
 REQUIRED = "the following arguments are required: "
 UNKNOWN = "unrecognized arguments: "
+SHORT = {"-n": "--participants"}  # what other programs call otherwise
+LABEL = "--participant"  # the option whose value is often given alone
 
 
 class Parser(ArgumentParser):
@@ -48,6 +50,12 @@ class Parser(ArgumentParser):
             if isinstance(action, _SubParsersAction) and words and words[0] in action.choices:
                 action.choices[words[0]].load(words[1:])
 
+    @property
+    def subcommands(self) -> tuple[str, ...]:
+        """Names of the subcommands, if the command has any."""
+        found = (each for each in self._actions if isinstance(each, _SubParsersAction))
+        return tuple(name for action in found for name in action.choices)
+
     def parse_known_args(self, args: Any = None, namespace: Any = None, **options: Any) -> Any:
         """Load the command, parse its arguments, and reject unknown options."""
         self.load()
@@ -74,6 +82,15 @@ class Parser(ArgumentParser):
     def _misspelt(self) -> str:
         """Return the error message for the first unknown option, or an empty string."""
         known = [*self._option_string_actions]
+        for option in (word for word in self._words if word[:1] == "-" and word[1:].isalpha()):
+            if option not in known:
+                start = SHORT.get(option, f"-{option}")
+                long = next((each for each in known if each.startswith(start)), "")
+                return Message(
+                    "unknown option {option}{meant}",
+                    option=option,
+                    meant=Message(" (did you mean '{meant}'?)", meant=long) if long else "",
+                )
         for option in (word.partition("=")[0] for word in self._words if word.startswith("--")):
             if option != "--" and not any(each.startswith(option) for each in known):
                 return Message(
@@ -97,6 +114,8 @@ class Parser(ArgumentParser):
                 meaning = f" ({action.help})" if action.help else ""
                 expected.append(f"{action.option_strings[0] if value else name}{value}{meaning}")
         verb = "is" if len(names) == 1 else "are"
+        if names == [LABEL] and len(self._words) == 1:
+            return f"{LABEL} is missing; did you mean {self.prog} {LABEL} {self._words[0]}?"
         return f"{' and '.join(names)} {verb} missing; expected {', '.join(expected)}"
 
     def _get_value(self, action: Action, arg_string: str) -> object:
@@ -111,5 +130,7 @@ class Parser(ArgumentParser):
         if action.choices is None or value in action.choices:
             return
         if isinstance(action, _SubParsersAction):
-            self.error(f"unknown subcommand '{value}', {expected_one_of(value, action.choices)}")
+            alone = "" if action.required else f", or {self.prog} alone"
+            expected = expected_one_of(value, action.choices)
+            self.error(f"unknown subcommand '{value}', {expected}{alone}")
         raise ArgumentError(action, f"'{value}', {expected_one_of(value, action.choices)}")

@@ -36,6 +36,13 @@ VALIDATE = ("study", "validate")
 MISTAKES = [
     ("1", ("pilto",), ("'pilto'", "did you mean 'slipscale pilot'?", "slipscale --help"), 2),
     ("2", ("run",), ("--participant is missing", "--participant 01", "slipscale run --help"), 2),
+    ("2 bare", ("run", "02"), ("did you mean slipscale run --participant 02?",), 2),
+    ("2 data", ("data", "withdraw", "01"), ("slipscale data withdraw --participant 01?",), 2),
+    ("2 order", ("--participant", "02", "run"), ("slipscale run --participant 02",), 2),
+    ("2 short", ("pilot", "-n", "10"), ("unknown option -n (did you mean '--participants'?)",), 2),
+    ("2 sub", ("init",), ("'init' is a subcommand: slipscale lab init",), 2),
+    ("2 subs", ("new", "x"), ("slipscale plate new or slipscale study new",), 2),
+    ("2 lab", ("lab", "start"), ("expected one of init, or slipscale lab alone",), 2),
     ("3", ("run", "--participant", "Anna M"), ("'Anna M'", "such as 01"), 2),
     ("4", ("plate", "watch", "serial:/dev/ttyNO"), ("/dev/ttyNO", "slipscale plate list"), 3),
     ("5", ("run", "--participant", "01", "--plate", "ttyACM0"), ("serial:/dev/ttyACM0",), 2),
@@ -148,3 +155,8 @@ def test_after_a_verbose_command_the_next_one_is_quiet_again(capsys):
     assert " s  slipscale" in capsys.readouterr().err
     assert commands.main(["study", "validate", "biet2007"]) == 0
     assert capsys.readouterr().err == ""
+
+
+def test_the_commands_with_subcommands_are_those_that_have_some():
+    with_some = {name for name in commands.COMMANDS if commands.load_command(name)[0].subcommands}
+    assert with_some == set(commands.WITH_SUBCOMMANDS)

@@ -24,8 +24,10 @@ from slipscale.faults import (
 
 TYPE_CHECKING = False  # importing typing takes milliseconds
 if TYPE_CHECKING:
-    from argparse import ArgumentParser, Namespace
+    from argparse import Namespace
     from collections.abc import Callable
+
+    from slipscale.faults.parser import Parser
 
 # Module, description and example of each command, by group.
 GROUPS: dict[str, dict[str, tuple[str, str, str]]] = {
@@ -119,6 +121,7 @@ GROUPS: dict[str, dict[str, tuple[str, str, str]]] = {
     },
 }
 COMMANDS = {name: row for group in GROUPS.values() for name, row in group.items()}
+WITH_SUBCOMMANDS = ("data", "lab", "plate", "study")
 
 
 def usage() -> str:
@@ -230,13 +233,24 @@ def dispatch(words: list[str]) -> int:
         print(f"slipscale {__version__}")
         return DONE
     if words[0] not in COMMANDS:
-        from slipscale.faults.suggestions import did_you_mean
-
-        meant = did_you_mean(words[0], COMMANDS, start="slipscale ")
-        message = f"slipscale: unknown command '{words[0]}'{meant}; for help: slipscale --help"
+        message = f"slipscale: {_unknown(words)}; for help: slipscale --help"
         print(harmless(message), file=sys.stderr)
         return USER_FAULT
     return call(words[0], words[1:])
+
+
+def _unknown(words: list[str]) -> str:
+    """Return why a command line without a command is refused, and what it probably meant."""
+    from slipscale.faults.suggestions import did_you_mean
+
+    if words[0].startswith("-") and (later := [word for word in words if word in COMMANDS]):
+        rest = [word for word in words if word != later[0]]
+        return f"the command comes first: slipscale {' '.join([later[0], *rest])}"
+    parents = [name for name in WITH_SUBCOMMANDS if words[0] in load_command(name)[0].subcommands]
+    if parents:
+        meant = " or ".join(f"slipscale {name} {words[0]}" for name in parents)
+        return f"'{words[0]}' is a subcommand: {meant}"
+    return f"unknown command '{words[0]}'{did_you_mean(words[0], COMMANDS, start='slipscale ')}"
 
 
 def complete() -> None:
@@ -254,7 +268,7 @@ def complete() -> None:
     autocomplete(parser)
 
 
-def load_command(name: str) -> tuple[ArgumentParser, Callable[[Namespace], int]]:
+def load_command(name: str) -> tuple[Parser, Callable[[Namespace], int]]:
     """Return the parser of a command, and the function that runs it."""
     # Imported late, to keep `slipscale --help` fast.
     from importlib import import_module

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import json
 import os
+import signal
 import subprocess
 import sys
 import tempfile
@@ -20,7 +21,7 @@ from threading import Thread
 from typing import Literal, get_args
 
 from slipscale.faults import UserError, harmless
-from slipscale.faults.message import AS_DATA, from_data
+from slipscale.faults.message import AS_DATA, Message, from_data
 
 Kind = Literal[
     "session",
@@ -118,9 +119,15 @@ class Job:
         return _text(self.output)
 
     def complained(self) -> str:
-        """Return the last error message or, if there is none, the last line of the error output."""
-        lines = [line for line in self._lines() if not line.startswith(STEP)]
-        return (self._messages("error") or lines or [""])[-1]
+        """Return why the process ended: its last error message, or the signal or status."""
+        if errors := self._messages("error"):
+            return errors[-1]
+        status = self.status or 0
+        if status < 0:
+            name = signal.Signals(-status).name
+            return Message("the program was stopped from outside (signal {name})", name=name)
+        lines = [line for line in self._lines() if not line.startswith((STEP, "{"))]
+        return lines[-1] if lines else Message("exit status {status}", status=status)
 
     def warnings(self) -> list[str]:
         """Return the warnings at the end of a session; its status contains earlier warnings."""

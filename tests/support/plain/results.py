@@ -22,6 +22,7 @@ from tests.support.plain.formulas import (
     sd,
     tail,
 )
+from tests.support.plain.scaling import compared, rated_pairs, sorted_items, told_apart
 
 
 @dataclass
@@ -232,43 +233,6 @@ def movement(moves):
     return found
 
 
-def told_apart(found, rows):
-    for pair in found["pairs"]:
-        of_pair, of_same = [], []
-        for _, row in rows:
-            two = {float(row["first"]), float(row["second"])}
-            names = {float(pair["first"]), float(pair["second"])}
-            if two == names:
-                of_pair.append(row["response"] == "true")
-            elif len(two) == 1 and two < names:
-                of_same.append(row["response"] == "true")
-        assert (pair["different"], pair["different_n"]) == (sum(of_pair), len(of_pair))
-        assert (pair["same"], pair["same_n"]) == (sum(of_same), len(of_same))
-
-
-def counted(found, rows):
-    assert found["answers"] == len(rows)
-    assert found["participants"] == len({who for who, _ in rows})
-
-
-def sorted_items(found, rows):
-    """Only the last group of an item counts."""
-    counted(found, {(who, row["place"], row["item"]): (who, row) for who, row in rows}.values())
-
-
-def compared(found, rows):
-    counted(found, rows)
-    chosen, total = defaultdict(int), defaultdict(int)
-    for _, row in rows:
-        two = (float(row["stimulus1"]), float(row["stimulus2"]))
-        chosen[two[int(row["response"]) - 1]] += 1
-        for each in two:
-            total[each] += 1
-    names = [float(name) for name in found["surfaces"]]
-    assert found["chosen"] == [chosen[name] for name in names]
-    assert found["compared"] == [total[name] for name in names]
-
-
 def forced(answer):
     def check(found, rows):
         for each in found["participants"]:
@@ -366,7 +330,7 @@ KINDS = {
     "identification": Kind("identification", "named", "presented", identified),
     "pointing": Kind("pointing", "movement_time", "distance_mm", pointed),
     "same_different": Kind("same_different", "response", "first", told_apart),
-    "similarity": Kind("similarity", "dissimilarity", "first", counted, "0"),
+    "similarity": Kind("similarity", "dissimilarity", "first", rated_pairs, "0"),
     "sorting": Kind("sorting", "group", "item", sorted_items),
     "paired_comparison": Kind("scales", "response", "stimulus1", compared),
     "constant_stimuli": Kind(

@@ -24,6 +24,7 @@ from slipscale.hardware.address import is_mock
 MOST_EVENTS = 30
 MOST_NOTES = 20
 MOST_REHEARSALS = 5
+MOST_RESUMED = 3  # buttons beside the next participant; the table has all
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -61,6 +62,7 @@ def today(view: View) -> dict[str, object]:
         "began": _began(found, jobs.last("session")),
         "doing": _doing(found.live, t) if found.live else "",
         "pressing": _pressing(people),
+        "interrupted": _interrupted(found),
         "most_rehearsals": MOST_REHEARSALS,
         "titles": titles_of(found, t),
     }
@@ -69,6 +71,24 @@ def today(view: View) -> dict[str, object]:
 def _between(found: Snapshot, job: Job | None) -> str:
     """Return the participant whose session is starting or ending; empty if there is none."""
     return job.about if job and job.running and not found.live else ""
+
+
+def _interrupted(found: Snapshot) -> list[tuple[str, Visit, bool]]:
+    """Return what can be resumed, the last first: participant, run, and whether it is a rehearsal.
+
+    On a simulated plate, only rehearsals are resumed.
+    """
+    rosters = [(found.rehearsals, True)]
+    if not is_mock(found.defaults.plate):
+        rosters.append((found.roster, False))
+    runs = [
+        (person.label, visit, rehearsed)
+        for roster, rehearsed in rosters
+        for person in (roster.people if roster else ())
+        for visit in person.visits
+        if visit.state == "interrupted"
+    ]
+    return sorted(runs, key=lambda run: run[1].started_utc, reverse=True)[:MOST_RESUMED]
 
 
 def _pressing(people: Sequence[Person]) -> list[Person]:

@@ -205,3 +205,16 @@ def test_the_interval_of_unbalanced_data_covers():
     intervals = [reliability(ready(unbalanced(rng, 12))).single.interval for _ in range(40)]
     covered = sum(low <= truth <= high for low, high in intervals)
     assert 35 <= covered <= 40
+
+
+def test_the_interval_of_reliability_is_a_jackknife_over_people():
+    """Written out: each person is left out, and t has 5 degrees of freedom (2.570582)."""
+    rows = blocks(np.random.default_rng(8), 6, 3, (0.5, 0.3, 0.4))
+    whole = reliability(ready(rows)).single
+    left = [
+        reliability(ready([row for row in rows if row[0] != who])).single.value for who in range(6)
+    ]
+    pseudo = 6 * np.arctanh(whole.value) - 5 * np.arctanh(left)
+    half = 2.570582 * np.sqrt(((pseudo - pseudo.mean()) ** 2).sum() / 5 / 6)
+    expected = np.tanh([pseudo.mean() - half, pseudo.mean() + half])
+    assert tuple(whole.interval) == pytest.approx(tuple(expected), rel=1e-5)

@@ -108,7 +108,8 @@ def test_today_shows_who_is_where_and_offers_what_can_be_done(visitor, recorded)
     page = visitor.see("/")
     assert "2 of 12 planned participants have started; 1 finished" in words_of(page)
     assert "participant 03" in words_of(page)
-    assert page.count('data-do="resume"') == 1
+    assert page.count('data-do="resume"') == 2  # on the card, and in the table
+    assert page.index('class="main">Resume participant 02') < page.index(">Begin the session")
     assert page.count('data-do="begin"') == 2
 
 

@@ -40,7 +40,7 @@ def test_a_recorded_fault_is_shown_in_the_readers_language_unless_it_may_tell_a_
     visitor, session, status, words_of
 ):
     shown = ConnectionLost("{port}: the board restarted, so its output is off", port="COM9")
-    withheld = NotReached("the plate makes {level} µm", level=1.2)
+    withheld = NotReached("the plate makes {level} µm", level=1.2345)
     with session(status) as (_, journal):
         for fault in (shown, withheld):
             journal.write("fault", **fault.record())
@@ -49,7 +49,7 @@ def test_a_recorded_fault_is_shown_in_the_readers_language_unless_it_may_tell_a_
     french = words_of(visitor.see("/person?label=02", **{"accept-language": "fr"}))
     assert "COM9 : la carte a redémarré, sa sortie est coupée" in french
     for page in (english, french):
-        assert "1.2" not in page
+        assert "1.2345" not in page
 
 
 def test_an_exclusion_by_hand_is_written_shown_and_taken_back(visitor, recorded, words_of):

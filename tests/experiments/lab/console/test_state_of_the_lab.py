@@ -13,6 +13,7 @@ from markupsafe import escape
 from slipscale.experiments.lab.blind_summary import RunSummary
 from slipscale.experiments.lab.console import state
 from slipscale.experiments.lab.console.jobs import Job
+from slipscale.experiments.lab.console.pages import day
 from slipscale.experiments.session.mailbox import beat_ns, mailbox_of
 from slipscale.faults.message import Message, as_data
 
@@ -139,11 +140,26 @@ def test_a_session_that_began_and_failed_did_begin(visitor, recorded, tmp_path, 
     assert "The session did not start: the line is dead" in words_of(visitor.see("/"))
     visitor.jobs.jobs["session"].began_s = 0.0
     page = words_of(visitor.see("/"))
-    assert "The session began, but ended with an error: the line is dead" in page
+    assert "Every answer given so far is saved. Cause: the line is dead" in page
+
+
+def test_a_session_that_was_killed_is_not_said_to_have_ended_by_its_last_warning(
+    visitor, recorded, tmp_path, words_of
+):
+    warned = json.dumps({"warning": "no masking noise"})
+    visitor.jobs.jobs["session"] = ended(tmp_path, errors=f"{warned}\n", status=-9)
+    page = words_of(visitor.see("/"))
+    assert "Cause: the program was stopped from outside (signal SIGKILL)" in page
+    assert "Cause: no masking noise" not in page
+    visitor.jobs.jobs["session"] = ended(tmp_path, errors=f"{warned}\n", status=1)
+    assert "Cause: exit status 1" in words_of(visitor.see("/"))
 
 
 @pytest.mark.parametrize("passed", [True, False])
-def test_begin_is_demoted_while_something_is_not_ready(visitor, recorded, tmp_path, passed):
+def test_begin_is_demoted_while_something_is_not_ready(
+    visitor, recorded, tmp_path, passed, monkeypatch
+):
+    monkeypatch.setattr(day, "_interrupted", lambda _: [])  # a run to resume comes first
     found = [{"name": "plate", "passed": passed, "detail": "no answer", "remedy": ""}]
     job = ended(tmp_path, output=json.dumps(found), kind="check")
     visitor.jobs.jobs["check"] = job

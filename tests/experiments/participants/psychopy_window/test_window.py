@@ -89,7 +89,8 @@ class Hand:
         """Serve as the session's watch: called at every frame."""
         assert time.perf_counter() < self._gives_up_s, "the window did not come to an end"
         self._frames += 1
-        if self._busy and self._busy.poll() is None:
+        # The hand before this one may not have released its key yet.
+        if any(each.poll() is None for each in PRESSING):
             self._frames = 0
         elif self._lines and self._frames > 3:
             line = self._lines.pop(0)
@@ -363,7 +364,7 @@ def test_lost_keyboard_focus_is_noticed_and_comes_back_with_a_click(window):
         hand()
 
     window.perform(Explore(text="Stroke."), watch)
-    assert any("Le clavier n'est pas actif" in getattr(item, "content", "") for item in shown)
+    assert any("Le clavier n’est pas actif" in getattr(item, "content", "") for item in shown)
     assert window.focused
 
 
