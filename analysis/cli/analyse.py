@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import logging
 import sys
 from argparse import ArgumentParser, Namespace
@@ -11,7 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from slipscale.analysis.cli.asking import asking
-from slipscale.analysis.cli.mapping_arguments import add_mapping, mapping_from
+from slipscale.analysis.cli.mapping_arguments import add_mapping, mapping_from, meanings_in
 from slipscale.analysis.cli.progress_line import add_steps, telling
 from slipscale.experiments.lab.defaults import dataset_default, here, say
 from slipscale.faults import ANSWER_IS_NO, DONE, UserError, harmless
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
     from slipscale.analysis.tasks.kind import Analysis
 
 
+DESCRIPTION = "description.json"
 LOG = logging.getLogger(__name__)
 
 
@@ -32,7 +34,16 @@ def add_analyse(parser: ArgumentParser) -> None:
         metavar="DIR",
         help=("folder for the results (default: DATASET/derivatives/slipscale)"),
     )
-    parser.add_argument("--json", action="store_true", help="print Table III as JSON")
+    parser.add_argument(
+        "--json", action="store_true", help="print Table III, or the description, as JSON"
+    )
+    parser.add_argument(
+        "--describe",
+        action="store_true",
+        help="only describe a table: its columns, the proposed options, and how many answers, "
+        "people and levels they give; with --out, write description.json there (exit status 1 if "
+        "the table cannot be read with the options)",
+    )
     parser.add_argument(
         "--figures",
         nargs="+",
@@ -150,8 +161,22 @@ def analysed(args: Namespace, progress: Callable[[str], None]) -> Analysis:
 
 
 def run_analyse(args: Namespace) -> int:
-    """Analyse a data set; print Table III and the output paths."""
-    return asking(args, _run)
+    """Analyse a data set; print Table III and the output paths. Or only describe a table."""
+    return _describe(args) if args.describe else asking(args, _run)
+
+
+def _describe(args: Namespace) -> int:
+    from slipscale.analysis.cli.describing import describe
+    from slipscale.analysis.writing.output_folder import make_folder
+    from slipscale.experiments.dataset.files import write_file
+
+    found = describe(paths_of(args), meanings_in(args))
+    data = found.as_json()
+    if args.out:
+        make_folder(Path(args.out))
+        write_file(Path(args.out, DESCRIPTION), data)
+    print(json.dumps(data, indent=2) if args.json else harmless(str(found)))
+    return ANSWER_IS_NO if found.fault else DONE
 
 
 def _run(args: Namespace) -> int:

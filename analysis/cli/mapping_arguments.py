@@ -162,15 +162,22 @@ def mapping_from(args: Namespace) -> TableMapping | None:
     UserError
         If the options contradict each other.
     """
-    from slipscale.analysis.reading.meaning.keywords import MEANINGS, mapping_of
+    from slipscale.analysis.reading.meaning.keywords import mapping_of
 
-    given = {
-        name: value
-        for name in MEANINGS
-        if (value := getattr(args, name)) is not None and value is not False
-    }
+    given = meanings_in(args)
     if not given and args.map:
         raise UserError(
             "--map: requires options that name the columns, such as --participant and --stimulus"
         )
     return mapping_of(given) if given else None
+
+
+def meanings_in(args: Namespace) -> dict[str, object]:
+    """Return the options that state the meaning of the columns, as keywords."""
+    from slipscale.analysis.reading.meaning.keywords import MEANINGS
+
+    return {
+        name: value
+        for name in MEANINGS
+        if (value := getattr(args, name)) is not None and value is not False
+    }

@@ -22,6 +22,7 @@ from slipscale.analysis.reading.cells import cell
 from slipscale.analysis.reading.delimited import NOT_AVAILABLE, Problems, Source
 from slipscale.analysis.reading.programs.records import as_text
 from slipscale.faults import UserError
+from slipscale.faults.message import Message
 
 if TYPE_CHECKING:
     from slipscale.analysis.reading.meaning.mapping import AnswerWords
@@ -80,7 +81,12 @@ def as_answers(
         If the meaning of a code is neither known nor stated, or if no stated code for yes occurs.
     """
     codes = codes_of(frame[column])
-    where = f"{sources[0].name}, column {problems.title(column)}" if sources else column
+    title = problems.title(column)
+    where = (
+        Message("{file}, column {column}", file=sources[0].name, column=title)
+        if sources
+        else column
+    )
     yes, no = (_stated(words.yes), _stated(words.no)) if words else (frozenset(), frozenset())
     agreed, disagreed = _meaning(codes.value_counts(), where, yes, no)
     return codes.map(dict.fromkeys(agreed, 1.0) | dict.fromkeys(disagreed, 0.0)).astype(float)
@@ -155,5 +161,7 @@ def _meaning(
 def described(counts: pd.Series[int]) -> str:
     """List codes with their numbers, for messages."""
     shown = [f"'{cell(code)}' ({number} times)" for code, number in counts.items()]
-    more = f" and {len(shown) - LISTED} other codes" if len(shown) > LISTED else ""
-    return (", ".join(shown[:LISTED]) + more) or "all missing"
+    first, more = ", ".join(shown[:LISTED]), len(shown) - LISTED
+    if more > 0:
+        return Message("{first} and {more} other codes", first=first, more=more)
+    return first or "all missing"

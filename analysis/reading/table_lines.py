@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from slipscale.analysis.reading.dialect import SEPARATORS
 from slipscale.faults import UserError
+from slipscale.faults.message import Message
 
 QUOTE, NEWLINE = b'"', b"\n"
 #: Text in quotation marks, and all characters that end no cell, keyed by separator.
@@ -230,10 +231,16 @@ def _miscounted(found: int, names: Sequence[str], separator: str) -> str:
     guess = (
         "check whether the file is truncated"
         if found < len(names)
-        else f"check whether there is a '{separator}' inside a cell".replace("\t", "tab")
+        else Message(
+            "check whether there is a '{separator}' inside a cell",
+            separator=separator.replace("\t", "tab"),
+        )
     )
-    cells = "1 cell" if found == 1 else f"{found} cells"
-    return f"has {cells}, expected {len(names)} as in the header; {guess}"
+    one = "has 1 cell, expected {expected} as in the header; {guess}"
+    several = "has {found} cells, expected {expected} as in the header; {guess}"
+    if found == 1:
+        return Message(one, expected=len(names), guess=guess)
+    return Message(several, found=found, expected=len(names), guess=guess)
 
 
 def listed_lines(lines: Sequence[int]) -> str:

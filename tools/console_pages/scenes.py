@@ -15,6 +15,19 @@ def nothing(_: Stage) -> None:
 
 UNREACHABLE = "--backup /media/disk: no such folder; connect its disk, or create it"
 NOTHING = "nothing"  # an address that does not exist
+# A table from another program, and choices for it.
+OUTCOMES = "participant,pressure,outcome\n" + "".join(
+    f"s{who},{level},{'hit' if (7 * who + 3 * turn) % 17 < level + 2 else 'miss'}\n"
+    for who in range(1, 7)
+    for level in (2, 4, 6, 8, 12, 16)
+    for turn in range(10)
+)
+CHOSEN = {
+    "roles": {"participant": "participant", "pressure": "stimulus", "outcome": "answer"},
+    "codes": {"hit": "yes", "miss": "no"},
+    "unit": "Pa",
+}
+FAULTY = {"roles": {"participant": "participant", "outcome": "stimulus", "pressure": "response"}}
 PAGES = ("live", "study", "planning", "data", "pilot", "bench", "settings", "screens")
 # Preparation, page, and selector of the button to press, keyed by the screenshot's name.
 SCENES: dict[str, tuple[Callable[[Stage], object], str, str]] = {
@@ -69,6 +82,11 @@ SCENES: dict[str, tuple[Callable[[Stage], object], str, str]] = {
     "live-unblinded": (lambda stage: stage.tell(unblinded=True, level="1.2 µm"), "live", ""),
     "data": (Stage.unblind, "data", ""),
     "data-report": (nothing, "data/report", ""),
+    "table-none": (nothing, "table", ""),
+    "table-asks": (lambda stage: stage.upload(OUTCOMES), "table", ""),
+    "table-faulty": (lambda stage: stage.describe(FAULTY, "#choices .why"), "table", ""),
+    "table-report": (lambda stage: stage.report(CHOSEN), "table", ""),
+    "table-own-report": (nothing, "table/001/report", ""),
     "planning-computed": (Stage.plan, "planning", ""),
     "planning-frozen": (
         lambda stage: stage.do("freeze", "main a[download]", "planning"),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import base64
 import json
 import re
 import subprocess
@@ -141,6 +142,21 @@ class Stage:
         journals(self.folder)[2].write_bytes(b"".join([*lines[:9], b"rubbish\n", *lines[10:]]))
         study = self.folder / "mine.toml"
         study.write_text(study.read_text().replace("seed = 2007", "seed = 2008"))
+
+    def upload(self, table: str) -> None:
+        """Upload a table, and wait for its description."""
+        content = base64.b64encode(table.encode()).decode()
+        sent = {"name": "outcomes.csv", "content": content}
+        self.do("upload", "#choices form", "table", table=sent)
+
+    def describe(self, choices: dict[str, Any], until: str) -> None:
+        """Describe the uploaded table with some choices."""
+        self.do("describe", until, "table", number="001", **choices)
+
+    def report(self, choices: dict[str, Any]) -> None:
+        """Describe the uploaded table, and make its report."""
+        self.describe(choices, "[value=report]")
+        self.do("report", "#table-report a", "table", number="001", **choices)
 
     def hide(self, *names: str) -> None:
         """Restore hidden files and folders, then move others out of the laboratory folder."""

@@ -197,6 +197,12 @@ def as_options(given: Mapping[str, object]) -> list[str]:
 
 def proposal_for(paths: Sequence[Path]) -> Proposal | None:
     """Describe the first of several tables; return None if the data need no options."""
+    found = None if beside(paths[0]) is not None else described(paths)
+    return None if found is None or set(OWN) <= set(found.frame.columns) else found
+
+
+def described(paths: Sequence[Path]) -> Proposal | None:
+    """Describe the first of several tables; return None if there is no table."""
     tables = [path for path in paths if path.is_file()]
     for path in paths:
         if not path.is_dir():
@@ -206,10 +212,7 @@ def proposal_for(paths: Sequence[Path]) -> Proposal | None:
             tables += [each for each in of_bids if BIDS_TABLE.fullmatch(each.name)]
         elif any(visible(path, "**/*.*")):
             tables += in_folder(path, Problems())
-    if not tables or beside(paths[0]) is not None:
-        return None
-    frame = _cells(tables[0])
-    return None if set(OWN) <= set(frame.columns) else propose(frame, paths, tables)
+    return propose(_cells(tables[0]), paths, tables) if tables else None
 
 
 def _cells(path: Path) -> pd.DataFrame:

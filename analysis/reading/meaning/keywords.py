@@ -40,10 +40,7 @@ def mapping_of(given: Mapping[str, object]) -> TableMapping:
         )
     stated = {name: value for name, value in given.items() if value is not None}
     columns = {name: value for name in Columns.model_fields if (value := stated.get(name))}
-    text = str(columns.get("stimulus", ""))
-    name, colon, unit = text.rpartition(":")
-    if not colon:
-        name, unit = unit, ""
+    name, unit = name_and_unit(str(columns.get("stimulus", "")))
     stimulus = {"unit": unit, "in_unit": stated.get("in_unit")}
     if stated.get("levels") or stated.get("people_in_columns"):
         # These tables have no stimulus column, so the option gives the name of the stimulus.
@@ -64,6 +61,16 @@ def mapping_of(given: Mapping[str, object]) -> TableMapping:
             "shape": _shape(stated),
         }
     return parse_mapping(table, "options")
+
+
+def name_and_unit(stimulus: str) -> tuple[str, str]:
+    """Return the name and the unit of a stimulus; the unit may be empty.
+
+    >>> name_and_unit("pressure:Pa"), name_and_unit("pressure")
+    (('pressure', 'Pa'), ('pressure', ''))
+    """
+    name, colon, unit = stimulus.rpartition(":")
+    return (name, unit) if colon else (unit, "")
 
 
 def _shape(stated: Mapping[str, object]) -> dict[str, object]:

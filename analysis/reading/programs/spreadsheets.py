@@ -16,6 +16,7 @@ import pandas as pd
 
 from slipscale.analysis.reading.programs.records import as_cell
 from slipscale.faults import UserError
+from slipscale.faults.message import Message
 
 #: Maximum unpacked size of a workbook.
 LARGEST_WORKBOOK_MB = 300
@@ -76,7 +77,11 @@ def read_excel(content: bytes, path: Path, sheet: str | None) -> pd.DataFrame:
     chosen = [found for found in filled if sheet is None or found.title == sheet]
     if len(chosen) != 1:
         sheets = ", ".join(f"'{found.title}'" for found in filled) or "none with rows"
-        expected = "the name of one sheet (--sheet)" if sheet is None else f"a sheet '{sheet}'"
+        expected = (
+            "the name of one sheet (--sheet)"
+            if sheet is None
+            else Message("a sheet '{sheet}'", sheet=sheet)
+        )
         raise UserError(
             "{path}: the sheets are {sheets}; expected {expected}",
             path=path,

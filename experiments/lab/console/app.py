@@ -29,6 +29,7 @@ from slipscale.experiments.lab.console.actions.desk import Desk
 from slipscale.experiments.lab.console.actions.forms import read_form
 from slipscale.experiments.lab.console.actions.table import do
 from slipscale.experiments.lab.console.jobs import KINDS, Jobs
+from slipscale.experiments.lab.console.own_tables import tables
 from slipscale.experiments.lab.console.page_texts import Words, catalogue, languages, preferred
 from slipscale.experiments.lab.console.pages.data import parts_done
 from slipscale.experiments.lab.console.pages.editor import editor, follow_up
@@ -148,7 +149,7 @@ class Console:
             text = changed(asked.text, asked.change) if asked.change else asked.text
             shown = editor(view, text, asked.template)
             html = self._rendered(
-                "study_edit.html", shown | {"t": view.t, "read_only": False, "found": view.found}
+                "editor/edit.html", shown | {"t": view.t, "read_only": False, "found": view.found}
             )
             faults = [(each.line, view.t.say(each.whole)) for each in shown["told"]]
             return {"text": text, "html": html, "faults": faults}
@@ -165,7 +166,7 @@ class Console:
                 shown = follow_up(view, asked.text, asked.template)
             return {
                 "html": self._rendered(
-                    "study_later.html", shown | {"t": view.t, "found": view.found}
+                    "editor/later.html", shown | {"t": view.t, "found": view.found}
                 )
             }
 
@@ -255,22 +256,26 @@ class Console:
         found = await run_in_threadpool(self.state.now)
         return _result(found.defaults.data, "fig15.svg") if found.seen else _result(None, "")
 
-    async def pilot_report(self, request: Request) -> Response:
-        """Return the page that contains a pilot's report."""
-        number = request.path_params["number"]
-        if self._pilot(number) is None:
+    async def numbered_report(self, request: Request) -> Response:
+        """Return the page that contains the report of a pilot, or of a laboratory's own table."""
+        kind, number = request.path_params["kind"], request.path_params["number"]
+        if self._numbered(request) is None:
             raise HTTPException(NOT_THERE)
-        more = {"source": f"/pilot/{number}/report.html"}
-        return await run_in_threadpool(self._page, request, "pilot", "report.html", more)
+        more = {"source": f"/{kind}/{number}/report.html"}
+        return await run_in_threadpool(self._page, request, kind, "report.html", more)
 
-    async def pilot_report_file(self, request: Request) -> Response:
-        """Return a pilot's report."""
-        return _result(self._pilot(request.path_params["number"]), "report.html")
+    async def numbered_report_file(self, request: Request) -> Response:
+        """Return the report of a pilot, or of a laboratory's own table."""
+        return _result(self._numbered(request), "report.html")
 
-    def _pilot(self, number: str) -> Path | None:
-        """Return the folder of the pilot with this number; None if there is none."""
-        folders = pilots(self.state.now().defaults)
-        return next((folder for folder in folders if folder.name == number), None)
+    def _numbered(self, request: Request) -> Path | None:
+        """Return the folder of the requested pilot or table; None if there is none."""
+        folders = {
+            "pilot": pilots(self.state.now().defaults),
+            "table": [] if self.access.read_only else tables(),
+        }
+        kind, number = request.path_params["kind"], request.path_params["number"]
+        return next((path for path in folders.get(kind, []) if path.name == number), None)
 
     async def download(self, _: Request) -> Response:
         """Return the data set as a zip file, without temporary files."""
@@ -336,8 +341,8 @@ def make_app(access: Access, jobs: Jobs) -> tuple[Starlette, Console]:
         Route("/data/download", console.download),
         Route("/data/export", console.export),
         Route("/planning/{name}", console.plan),
-        Route("/pilot/{number}/report", console.pilot_report),
-        Route("/pilot/{number}/report.html", console.pilot_report_file),
+        Route("/{kind}/{number}/report", console.numbered_report),
+        Route("/{kind}/{number}/report.html", console.numbered_report_file),
         Route("/study/edit", console.edit, methods=["POST"]),
         Route("/study/later", console.later, methods=["POST"]),
         Route("/do/{action}", console.do, methods=["POST"]),

@@ -38,6 +38,8 @@ Kind = Literal[
     "export",
     "power",
     "freeze",
+    "describe",
+    "report",
 ]
 KINDS: tuple[Kind, ...] = get_args(Kind)
 LONGEST = 20_000  # number of characters read from the end of a job's output

@@ -32,6 +32,9 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 from slipscale.experiments.lab.console.page_texts import Words, languages, preferred
 
 LARGEST_BODY = 1_000_000
+# Largest body for an uploaded table, whose text in JSON is longer than the table.
+LARGEST_UPLOAD = 15_000_000
+UPLOAD = "/do/upload"
 TO_THE_PAGES = (
     '<!doctype html><meta http-equiv="refresh" content="0;url={}"><title>Slipscale</title>'
     '<link rel="icon" href="/static/icon.svg">'  # otherwise the browser would request favicon.ico
@@ -169,18 +172,19 @@ class Guard:
             return _refused(sentence, 403, headers)
         if scope["method"] in READING:
             return None
-        return self._change_refusal(scope["method"], headers)
+        return self._change_refusal(scope, headers)
 
-    def _change_refusal(self, method: str, headers: Headers) -> Response | None:
+    def _change_refusal(self, scope: Scope, headers: Headers) -> Response | None:
         """Return the response that rejects a forbidden change; None if the change is allowed."""
         length = headers.get("content-length", "")
+        most = LARGEST_UPLOAD if scope["path"] == UPLOAD else LARGEST_BODY
         ours = headers.get("origin") in self._access.origins and headers.get(ASKING) == "1"
         reasons = {
-            "Only GET and POST are supported.": method != "POST",
+            "Only GET and POST are supported.": scope["method"] != "POST",
             "This console is read-only.": self._access.read_only,
             "The request comes from another page.": not ours,
             "Expected JSON.": headers.get("content-type", "").split(";")[0] != "application/json",
-            "Too long.": not length.isdecimal() or int(length) > LARGEST_BODY,
+            "Too long.": not length.isdecimal() or int(length) > most,
         }
         return next(
             (_refused(reason, 403, headers) for reason, holds in reasons.items() if holds), None

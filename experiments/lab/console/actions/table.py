@@ -6,7 +6,7 @@ accepted. Each action returns a sentence that is shown on the page.
 
 from __future__ import annotations
 
-from slipscale.experiments.lab.console.actions import bench, data, folder, sessions
+from slipscale.experiments.lab.console.actions import bench, data, folder, own_table, sessions
 from slipscale.experiments.lab.console.actions.desk import Actions, Desk
 from slipscale.experiments.lab.console.actions.forms import read_form
 from slipscale.faults import UserError
@@ -16,6 +16,7 @@ TABLE: Actions = {
     **data.ACTIONS,
     **folder.ACTIONS,
     **bench.ACTIONS,
+    **own_table.ACTIONS,
 }
 
 

@@ -7,6 +7,7 @@ from collections.abc import Callable
 from slipscale.experiments.lab.console.pages.bench import bench
 from slipscale.experiments.lab.console.pages.data import data, pilot
 from slipscale.experiments.lab.console.pages.day import live, today
+from slipscale.experiments.lab.console.pages.own_table import own_table
 from slipscale.experiments.lab.console.pages.person import person
 from slipscale.experiments.lab.console.pages.planning import planning
 from slipscale.experiments.lab.console.pages.screens import screens
@@ -22,9 +23,10 @@ PAGES: dict[str, Callable[[View], dict[str, object]]] = {
     "planning": planning,
     "person": person,
     "data": data,
+    "table": own_table,
     "pilot": pilot,
     "bench": bench,
     "settings": settings,
 }
 # Parent page of each subpage, which the navigation highlights.
-WITHIN = {"screens": "study", "person": "today"}
+WITHIN = {"screens": "study", "person": "today", "table": "data"}

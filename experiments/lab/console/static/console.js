@@ -6,7 +6,7 @@ const said = document.getElementById("said");
 const sure = document.getElementById("sure");
 const title = document.title;
 const PAUSE_MS = 400; // typed text is checked after a pause of this length
-const FOCUSABLE = "button, a, input:not([type=hidden])";
+const FOCUSABLE = "button, a, select, input:not([type=hidden])";
 const AGAIN_MS = 2000; // the browser does not retry a rejected stream
 let state = document.getElementById("state").dataset.state;
 
@@ -31,6 +31,7 @@ async function ask(action, fields) {
   const { good, said: sentence } = await post(action, fields);
   say(sentence, !good);
   await refresh();
+  return good;
 }
 
 // Asks for confirmation, and for words or a choice if needed.
@@ -94,7 +95,18 @@ document.addEventListener("input", ({ target }) => {
   }, PAUSE_MS / 2);
 });
 
+// A file's content is its text in base64.
+function contentOf(file) {
+  const reader = new FileReader();
+  reader.readAsDataURL(file);
+  return new Promise((resolve) => {
+    reader.onload = () => resolve({ name: file.name, content: reader.result.split(",")[1] || "" });
+    reader.onerror = () => resolve({ name: file.name, content: "" });
+  });
+}
+
 function valueOf(input) {
+  if (input.type === "file") return contentOf(input.files[0]);
   if (input.type === "checkbox") return input.checked;
   return input.type === "number" ? Number(input.value) : input.value;
 }
@@ -105,9 +117,20 @@ document.addEventListener("submit", async (event) => {
   if (!form) return;
   event.preventDefault();
   const inputs = [...form.elements].filter((input) => input.name);
-  const fields = Object.fromEntries(inputs.map((input) => [input.name, valueOf(input)]));
+  const large = inputs.find((input) => input.files?.[0]?.size > Number(input.dataset.most));
+  if (large) return say(large.dataset.tooLarge, true);
+  const fields = {};
+  for (const input of inputs) {
+    const { of } = input.dataset;
+    // Names can be those of a table's columns, such as "__proto__".
+    Object.defineProperty(of ? (fields[of] ??= {}) : fields, input.name, { value: await valueOf(input), enumerable: true });
+  }
   if ("once" in form.dataset) form.reset();
-  if (!form.dataset.more) return ask(form.dataset.form, fields);
+  if (!form.dataset.more) {
+    const good = await ask(event.submitter?.value || form.dataset.form, fields);
+    if (good && form.dataset.to) location.assign(form.dataset.to);
+    return;
+  }
   const { good, said: sentence } = await post(form.dataset.form, { [form.id]: fields, ...JSON.parse(form.dataset.more) });
   if (good) return location.reload();
   say(sentence, true);

@@ -96,6 +96,41 @@ def test_a_new_folder_is_set_up_without_a_file_being_written_by_hand(page, tmp_p
     assert page.complaints == []
 
 
+def test_a_table_of_another_program_is_uploaded_explained_and_analysed(page, tmp_path):
+    table = tmp_path / "outcomes.csv"
+    rows = [(who, size, turn) for who in (1, 2, 3) for size in (2, 4, 8) for turn in range(10)]
+    coded = [f"s{w},{s},{'hit' if (7 * w + 3 * t) % 11 < s + 2 else 'miss'}" for w, s, t in rows]
+    table.write_text("\n".join(["who,size,__proto__", *coded]))
+    with console(tmp_path) as (_, address):
+        page.goto(address)
+        page.get_by_role("link", name="Data").click()
+        page.get_by_role("link", name="Analyse a table from another program").click()
+        page.get_by_label("Table", exact=True).set_input_files(
+            {"name": "big.csv", "mimeType": "text/csv", "buffer": b"1" * 10_000_001}
+        )
+        page.get_by_role("button", name="Upload").click()
+        page.get_by_text("The file is larger than 10 MB").wait_for()
+        page.get_by_label("Table", exact=True).set_input_files(table)
+        page.get_by_role("button", name="Upload").click()
+        page.get_by_text("outcomes.csv: first of 90 rows").wait_for()
+        page.get_by_label("__proto__").select_option("estimates (numbers)")
+        page.get_by_role("button", name="Check the choices").click()
+        page.locator("#choices .why", has_text="are not numbers").wait_for()
+        assert page.locator("[aria-invalid=true]").get_attribute("name") == "__proto__"
+        page.get_by_label("__proto__").select_option("answers: yes or no, right or wrong")
+        page.get_by_role("button", name="Check the choices").click()
+        page.get_by_label("“hit” means").select_option("yes or correct")
+        page.get_by_label("“miss” means").select_option("no or wrong")
+        page.get_by_role("button", name="Check the choices").click()
+        page.get_by_text("90 answers of 3 people at 3 levels").wait_for()
+        page.get_by_label("unit of the levels").fill("mm")
+        page.get_by_role("button", name="Make the report").click()
+        page.get_by_role("link", name="Report of").click(timeout=60_000)
+        report = page.frame_locator("iframe")
+        report.get_by_text("3 participants; 90 stimuli").first.wait_for()
+    assert page.complaints == []
+
+
 def test_the_screens_of_a_study_are_looked_at_with_the_keyboard_alone(page, tmp_path):
     init(tmp_path, {"study": "matching"}, None)
     with console(tmp_path) as (_, address):

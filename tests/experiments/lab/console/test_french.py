@@ -40,12 +40,14 @@ SHOWN = tuple(
         "participants.psychopy_window.layout",
     )
 )
-# Parts of commands that the console does not use: tables from other programs, plans for many
+# Parts of commands that the console does not use: several tables, plans for many
 # studies, the design of plates, emulated and guided boards, and PsychoPy's own programs.
 UNUSED = tuple(
     f"slipscale.{name}"
     for name in (
-        *("analysis.reading.", "analysis.statistics.", "analysis.planning.distribution."),
+        # The console describes one table at a time, and writes its options itself.
+        *("analysis.reading.foreign.names", "analysis.reading.meaning."),
+        *("analysis.statistics.", "analysis.planning.distribution."),
         *("analysis.planning.protocols.", "analysis.cli.pilot_times", "stimuli.film.periodic_film"),
         *("analysis.cli.compare_protocols", "hardware.plate.", "hardware.cli.design"),
         "hardware.backends.daq_device",
