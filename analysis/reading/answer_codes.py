@@ -13,6 +13,7 @@ Rules:
 from __future__ import annotations
 
 import re
+import shlex
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -145,7 +146,7 @@ def _meaning(
             "--yes-count and --n",
             where=where,
             answers=described(counts),
-            code=next(iter(counts.index), "CODE"),
+            code=shlex.quote(_like_yes(counts)),
         )
     others = found - yes - no
     if others and (len(others) > 1 or (yes and no)):
@@ -156,6 +157,12 @@ def _meaning(
             others=described(counts[counts.index.isin(others)]),
         )
     return (yes, no | others) if yes else (others, no)
+
+
+def _like_yes(counts: pd.Series[int]) -> str:
+    """Return the code that usually means yes, otherwise the most frequent one, as an example."""
+    usual = [agreed for agreed, _ in PAIRS if agreed in counts.index]
+    return str(next(iter([*usual, *counts.index]), "CODE"))
 
 
 def described(counts: pd.Series[int]) -> str:

@@ -73,6 +73,13 @@ def read_rows(
     """
     (root,) = paths if len(paths) == 1 else (Path(),)
     tables = _tables(paths, mapping, problems, task)
+    counts = Counter(table.path.resolve() for table in tables)
+    if twice := [path for path, times in counts.items() if times > 1]:
+        raise UserError(
+            "{path}: this file is named twice, so its answers would be counted twice; expected "
+            "each file once",
+            path=twice[0],
+        )
     frames: list[pd.DataFrame] = []
     sources: list[Source] = []
     faults: list[tuple[str, UserError]] = []
@@ -91,6 +98,7 @@ def read_rows(
     if not frames:
         raise faults[0][1]
     problems.add_many([f"left out: {error}" for _, error in faults], "files left out")
+    problems.add_many(_copies(sources), "copied files")
     _count(frames, sources, problems)
     filled = [frame for frame in frames if len(frame)] or frames[:1]
     rows = pd.concat(filled, ignore_index=True) if len(filled) > 1 else filled[0]
@@ -114,6 +122,17 @@ def read_rows(
 
 #: Columns that may come from the names of files.
 IDENTIFIED = tuple(OURS[name] for name in IN_NAMES)
+
+
+def _copies(sources: Sequence[Source]) -> list[str]:
+    """Return notes on files with the same content, whose answers would be counted twice."""
+    first: dict[str, str] = {}
+    return [
+        f"{source.name} has the same content as {first[source.sha256]}, and its answers are "
+        "counted as well; if it is a copy, remove it and repeat the analysis"
+        for source in sources
+        if first.setdefault(source.sha256, source.name) is not source.name
+    ]
 
 
 def _count(frames: Sequence[pd.DataFrame], sources: Sequence[Source], problems: Problems) -> None:

@@ -36,6 +36,8 @@ OWN = (PARTICIPANT, "amplitude_um_pp", "estimate")
 LISTED, MOST_LEVELS = 8, 30
 #: Smallest number of levels.
 FEWEST_LEVELS = 3
+#: Largest number of conditions of a proposed factor.
+MOST_CONDITIONS = 6
 #: Names of columns that count trials or contain times.
 NO_LEVELS = re.compile(
     r"(?i)this(rep|trial)?n$|(^|[._ ])(rt|time|index|trial|block|run|session|age)|time$|_nr$"
@@ -295,6 +297,8 @@ def propose(frame: pd.DataFrame, paths: Sequence[Path], tables: Sequence[Path]) 
         others = [column for column in columns if column.name not in used]
         named = {name: [c for c in found if c not in people] for name, found in likely.items()}
         given |= _answers(named, columns, others, questions)
+        if people:
+            given |= _factor(frame, people[0], str(given["stimulus"]), columns, given)
     coded = next((column for column in columns if column.name == given.get("answer")), None)
     if coded is not None and not are_usual(coded.values):
         given["yes"] = ["CODE"]
@@ -336,8 +340,29 @@ def _answers(
             coded = name == "answer" or found[0].range is None or found[0].distinct <= CODES
             option = "answer" if coded else "response"
             return {option: _one(option, found, questions)}
+    usual = [column for column in alone if 1 < column.distinct and are_usual(column.values)]
+    if len(usual) == 1:
+        return {"answer": usual[0].name}
     questions.append(Question(option=RESULTS, candidates=tuple(others)))
     return {"response": "RESPONSE"}
+
+
+def _factor(
+    frame: pd.DataFrame, who: str, stimulus: str, columns: Sequence[Column], given: Given
+) -> Given:
+    """Return the only column of words that is crossed with the participants and the levels."""
+    found = [
+        column.name
+        for column in columns
+        if column.range is None and 1 < column.distinct <= MOST_CONDITIONS
+        if column.name not in given.values() and stimulus in frame
+        if all(
+            len(frame[[column.name, other]].dropna().drop_duplicates())
+            == column.distinct * frame[other].nunique()
+            for other in (who, stimulus)
+        )
+    ]
+    return {"factor": found[0]} if len(found) == 1 else {}
 
 
 def _one(option: str, found: Sequence[Column], questions: list[Question]) -> str:

@@ -131,6 +131,20 @@ def own_thresholds(found: DescendingDifference, quantity: Quantity) -> list[str]
     return texts
 
 
+def _of_one(found: DescendingDifference, confidence: float, quantity: Quantity) -> str:
+    """Return a sentence on the threshold of the only participant, or why there is none."""
+    ((who, own),) = found.thresholds.items()
+    if isinstance(own, NotComputed):
+        return f"No threshold of {who}, the only participant, was fitted: {own.reason}."
+    at = own.threshold_level
+    axis = "logarithmic" if CURVES[own.curve].logarithmic else "linear"
+    return (
+        f"Threshold of {who}, the only participant: {quantity.value(number(at.value))}, "
+        f"{level_of(confidence)} CI {bracketed(at.interval)} (logistic curve, {own.trials} "
+        f"answers; {axis} axis). A curve of the population requires at least three participants."
+    )
+
+
 def finding(found: Finding, quantity: Quantity) -> str:
     """Return a sentence that compares the answers with the paper's finding.
 
@@ -158,6 +172,8 @@ def answer(found: DescendingDifference, confidence: float, quantity: Quantity) -
 
     For stimuli other than plate amplitudes, the sentence describes the fitted curve.
     """
+    if not quantity.stepped and found.participants == 1:
+        return [_of_one(found, confidence, quantity)]
     if not quantity.stepped:
         return [psychometric(found.psychometric, confidence, quantity)]
     return [finding(found.finding, quantity)] if found.finding.n else []
@@ -174,7 +190,8 @@ def difference_sentences(
         texts.append(psychometric(found.psychometric, confidence, quantity))
         if found.weber:
             texts.append(psychometric(found.weber, confidence, quantity))
-    texts += own_thresholds(found, quantity)
+    if quantity.stepped or found.participants > 1:
+        texts += own_thresholds(found, quantity)
     detection = found.signal_detection
     if isinstance(detection, NotComputed):
         texts.append(f"Sensitivity was not computed: {detection.reason}.")

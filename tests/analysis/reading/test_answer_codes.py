@@ -10,6 +10,8 @@ from scipy import stats
 from slipscale import commands
 from slipscale.analysis.load import load
 from slipscale.analysis.pipeline import analyse
+from slipscale.analysis.reading.answer_codes import as_answers
+from slipscale.analysis.reading.delimited import Problems
 from slipscale.analysis.reading.meaning.mapping import parse_mapping
 from slipscale.analysis.reporting.sections.summary import answers
 from slipscale.analysis.tasks.thresholds.statistics import THRESHOLDS
@@ -186,7 +188,17 @@ def test_the_command_states_the_option_that_is_missing(tmp_path, capsys):
     path, _ = table(tmp_path, (2, 1))
     words = ["analyse", str(path), "--participant", "who", "--stimulus", "size", "--answer", "felt"]
     assert commands.main(words) == 2
-    assert "for example --yes 1" in capsys.readouterr().err.replace("--yes 2", "--yes 1")
+    assert "for example --yes 1" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    "codes, example",
+    [(["not felt"] * 3 + ["was felt"], "--yes 'not felt'"), (["-1"] * 3 + ["1"], "--yes 1")],
+)
+def test_the_example_of_a_code_can_be_pasted_and_is_usual(codes, example):
+    frame = pd.DataFrame({"felt": codes, "file": 0, "line": range(4)})
+    with pytest.raises(UserError, match=f"for example {example},"):
+        as_answers(frame, "felt", [], Problems())
 
 
 def signed(tmp_path, comparison, standard):

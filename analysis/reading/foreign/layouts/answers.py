@@ -44,7 +44,8 @@ if TYPE_CHECKING:
     from slipscale.analysis.reading.meaning.mapping import TableMapping
     from slipscale.stimuli.quantity import Quantity
 
-LOGARITHMIC = re.compile(r"\bdb|decibel|\blog", re.IGNORECASE)
+#: Units and names of logarithmic quantities, such as dB, dBA and level_db, but not dbl.
+LOGARITHMIC = re.compile(r"(?<![A-Za-z])(dB[A-Z]?\w{0,2}|db|DB)(?![A-Za-z])|(?i:decibel|\blog)")
 #: Label of the task in a table of answers.
 ANSWERS = "answers"
 #: Maximum number of standards, because one function is fitted per standard.
@@ -92,7 +93,7 @@ def convert_trials(rows: Rows) -> Mapping[str, pd.DataFrame]:
         kind, levels = DIFFERENCES, (STIMULUS, REFERENCE)
         if method := _method(read, mapping, signed=signed):
             kind, levels = CHOICES, ("track_level", "standard_level")
-            read = _choices(read, method, mapping, problems)
+            read = _choices(read, method, mapping)
             read["task"] = _tasks(read, mapping, problems)
         else:
             _warn_of_forced_choice(read, problems, quantity)
@@ -104,14 +105,26 @@ def convert_trials(rows: Rows) -> Mapping[str, pd.DataFrame]:
 
 
 def _of_trials(rows: Rows) -> pd.DataFrame:
-    """Omit rows with neither stimulus nor response, which PsychoPy writes for every routine."""
+    """Omit rows with neither stimulus nor response, which PsychoPy writes for every routine.
+
+    Rows without a level, a standard or an answer are counted in a note. Blank estimates are
+    counted later.
+    """
     frame = rows.frame
     content = [
         name for name in (RESPONSE, ANSWER, "yes_count", "no_count", "percent") if name in frame
     ]
     blank = frame[[STIMULUS, *content]].isna().all(axis=1)
+    compared = [name for name in (STIMULUS, REFERENCE) if name in frame]
+    unanswered = frame[content].isna().all(axis=1) & (RESPONSE not in frame)
+    incomplete = (frame[compared].isna().any(axis=1) | unanswered) & ~blank
+    where = f"{rows.sources[0].name}: " if len(rows.sources) == 1 else ""
+    if incomplete.any():
+        rows.problems.add(
+            f"{where}{int(incomplete.sum())} of {int((~blank).sum())} trials without an answer, a "
+            "level or a standard are omitted"
+        )
     if blank.any():
-        where = f"{rows.sources[0].name}: " if len(rows.sources) == 1 else ""
         rows.problems.add(
             f"{where}{int(blank.sum())} rows with neither stimulus nor response were skipped"
         )
@@ -224,19 +237,13 @@ def _method(steps: pd.DataFrame, mapping: TableMapping, *, signed: bool) -> str:
     return "comparison" if both_sides or signed or mapping.columns.factor else ""
 
 
-def _choices(
-    steps: pd.DataFrame, method: str, mapping: TableMapping, problems: Problems
-) -> pd.DataFrame:
+def _choices(steps: pd.DataFrame, method: str, mapping: TableMapping) -> pd.DataFrame:
     """Convert answers to forced-choice trials or comparisons with a standard."""
     # The columns are swapped here, because `_above_reference` has exchanged them.
     level, standard = steps[REFERENCE], steps[STIMULUS]
     if method != "comparison":
         level = told_apart((level - standard).abs(), mapping.quantity)
     answered = steps["difference_felt"].notna() & level.notna() & standard.notna()
-    if not answered.all():
-        problems.add(
-            f"{int((~answered).sum())} trials without an answer, a level or a standard are omitted"
-        )
     return steps.assign(
         method=method,
         catch=False,

@@ -80,6 +80,17 @@ def test_a_damaged_file_is_named_and_left_out(tmp_path, capsys):
     assert commands.main(["analyse", str(tmp_path), *words, *out]) == 0
 
 
+def test_a_file_named_twice_is_rejected_and_a_copy_is_noted(tmp_path, capsys):
+    folder(tmp_path, 3)
+    first, copy = tmp_path / "p0.csv", tmp_path / "p3.csv"
+    words = ["--participant-from-name", "--stimulus", "level", "--response", "loud"]
+    assert commands.main(["analyse", str(first), str(first), *words]) == 2
+    assert "p0.csv: this file is named twice" in capsys.readouterr().err
+    copy.write_bytes(first.read_bytes())
+    (note,) = [each for each in load(tmp_path, mapping()).problems if "content" in each]
+    assert note.startswith("p3.csv has the same content as p0.csv")
+
+
 def test_a_folder_without_a_readable_table_says_why(tmp_path):
     folder(tmp_path)
     with pytest.raises(UserError, match=r"p0.csv: no column loudness; found level, loud"):

@@ -7,6 +7,8 @@ import pytest
 from slipscale.analysis.load import load
 from slipscale.analysis.pipeline import analyse
 from slipscale.analysis.reading.meaning.mapping import parse_mapping
+from slipscale.analysis.tasks.difference.declaration import ANALYSIS as DIFFERENCES
+from slipscale.analysis.tasks.difference.statistics import DIFFERENCE
 from slipscale.analysis.tasks.thresholds.statistics import THRESHOLDS
 from slipscale.analysis.writing.task_names import task_name
 from slipscale.faults import UserError
@@ -79,7 +81,50 @@ def test_trials_of_choices_without_an_answer_are_counted(tmp_path):
     frame.loc[3:4, "std"] = None
     data = load(written(tmp_path, frame), mapping(answer="more", reference="std"))
     assert len(data.trials["forced_choices"]) == len(frame) - 5
-    assert data.problems == ("5 trials without an answer, a level or a standard are omitted",)
+    assert data.problems == (
+        "data.csv: 5 of 144 trials without an answer, a level or a standard are omitted",
+    )
+
+
+def test_blank_yes_no_answers_and_levels_are_counted(tmp_path):
+    frame = pd.DataFrame({"who": list("abc") * 8, "level": [2, 4, 6, 8] * 6, "felt": [0, 1] * 12})
+    frame = frame.astype({"level": float, "felt": float})
+    frame.loc[:2, "felt"] = None
+    frame.loc[3:4, "level"] = None
+    data = load(written(tmp_path, frame), mapping(answer="felt"))
+    assert "data.csv: 5 of 24 trials without an answer, a level or a standard are omitted" in (
+        data.problems
+    )
+
+
+def test_the_answers_of_one_person_give_their_own_threshold(tmp_path):
+    """The terminal named only too few participants."""
+    levels = np.repeat([1.0, 2, 3, 4, 5, 6], 12)
+    felt = (np.random.default_rng(3).logistic(3.5, 0.5, len(levels)) < levels).astype(int)
+    frame = pd.DataFrame({"who": "a", "level": levels, "felt": felt})
+    analysis = analyse(load(written(tmp_path, frame), mapping(answer="felt")))
+    (text,) = DIFFERENCES.answers(analysis)
+    own = analysis.inference.found(DIFFERENCE).thresholds["a"]
+    assert own.threshold_level.value == pytest.approx(3.5, abs=0.4)
+    assert text.startswith(f"Threshold of a, the only participant: {own.threshold_level.value:.2f}")
+    assert "too few" not in text
+
+
+@pytest.mark.parametrize(
+    "name, unit, note",
+    [("dbl", "", 0), ("level", "dB SPL", 1), ("gain_db", "", 1), ("x", "dBA", 1)],
+)
+def test_only_decibels_are_noted_as_logarithms(tmp_path, name, unit, note):
+    frame = compared(standards=(20,)).rename(columns={"level": name})
+    found = parse_mapping(
+        {
+            "columns": {"participant": "who", "stimulus": name, "answer": "more"},
+            "stimulus": {"unit": unit} if unit else {"name": name},
+        },
+        "here",
+    )
+    problems = load(written(tmp_path, frame), found).problems
+    assert sum("already a logarithm" in each for each in problems) == note
 
 
 def of_conditions():

@@ -42,6 +42,17 @@ CHOICES = pd.DataFrame(
     [
         (TRIALS, "--participant who --stimulus size --answer felt"),
         (
+            pd.DataFrame(
+                [
+                    {"who": who, "off": off, "said": int(off > 0), "cond": cond}
+                    for who in "ab"
+                    for cond in ("still", "moving")
+                    for off in (-2, -1, 1, 2)
+                ]
+            ),
+            "--participant who --stimulus off --answer said --factor cond",
+        ),
+        (
             pd.DataFrame({"subj": ["a", "b"] * 3, "x": [1, 1, 2, 2, 3, 3], "k": 4, "n": 9}),
             "--participant subj --stimulus x --yes-count k --n n",
         ),
