@@ -340,7 +340,7 @@ def _answers(
             coded = name == "answer" or found[0].range is None or found[0].distinct <= CODES
             option = "answer" if coded else "response"
             return {option: _one(option, found, questions)}
-    usual = [column for column in alone if 1 < column.distinct and are_usual(column.values)]
+    usual = [column for column in alone if column.distinct > 1 and are_usual(column.values)]
     if len(usual) == 1:
         return {"answer": usual[0].name}
     questions.append(Question(option=RESULTS, candidates=tuple(others)))
