@@ -115,7 +115,12 @@ class Parser(ArgumentParser):
                 expected.append(f"{action.option_strings[0] if value else name}{value}{meaning}")
         verb = "is" if len(names) == 1 else "are"
         if names == [LABEL] and len(self._words) == 1:
-            return f"{LABEL} is missing; did you mean {self.prog} {LABEL} {self._words[0]}?"
+            return Message(
+                "{label} is missing; did you mean {command} {label} {word}?",
+                label=LABEL,
+                command=self.prog,
+                word=self._words[0],
+            )
         return f"{' and '.join(names)} {verb} missing; expected {', '.join(expected)}"
 
     def _get_value(self, action: Action, arg_string: str) -> object:

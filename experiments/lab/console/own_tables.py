@@ -20,6 +20,7 @@ from pydantic import Field, PlainValidator, ValidationError
 from slipscale.experiments.dataset.files import write_file
 from slipscale.experiments.lab.console.state import RESULTS
 from slipscale.faults import UserError, harmless
+from slipscale.faults.folders import visible
 from slipscale.faults.frozen_table import FrozenTable
 from slipscale.faults.message import Message, from_data
 
@@ -98,7 +99,7 @@ class Description(FrozenTable):
 
 def tables() -> list[Path]:
     """Return the folders of all tables, newest first."""
-    found = [path for path in TABLES.glob("[0-9]*") if re.match(NUMBER, path.name)]
+    found = [path for path in visible(TABLES, "[0-9]*") if re.match(NUMBER, path.name)]
     return sorted(found, key=lambda path: int(path.name), reverse=True)
 
 
@@ -112,7 +113,7 @@ def folder_of(number: str) -> Path:
 
 def table_in(folder: Path) -> Path:
     """Return the path of the table in its folder."""
-    for path in sorted((folder / "table").glob("[!.]*")):
+    for path in visible(folder / "table", "*"):
         if path.name != MAPPING:
             return path
     raise UserError("table {number} no longer exists; reload the page", number=folder.name)
