@@ -36,8 +36,10 @@ OWN = (PARTICIPANT, "amplitude_um_pp", "estimate")
 LISTED, MOST_LEVELS = 8, 30
 #: Smallest number of levels.
 FEWEST_LEVELS = 3
-#: Largest number of conditions of a proposed factor.
-MOST_CONDITIONS = 6
+#: Largest number of conditions of a proposed factor, smallest proportion of their combinations with
+#: levels that occur, and names of columns that describe trials or answers.
+MOST_CONDITIONS, CROSSED = 6, 0.75
+NO_CONDITIONS = re.compile(r"(?i)key|resp|answer|correct|choice|side|order|block|session|run")
 #: Names of columns that count trials or contain times.
 NO_LEVELS = re.compile(
     r"(?i)this(rep|trial)?n$|(^|[._ ])(rt|time|index|trial|block|run|session|age)|time$|_nr$"
@@ -297,7 +299,7 @@ def propose(frame: pd.DataFrame, paths: Sequence[Path], tables: Sequence[Path]) 
         others = [column for column in columns if column.name not in used]
         named = {name: [c for c in found if c not in people] for name, found in likely.items()}
         given |= _answers(named, columns, others, questions)
-        if people:
+        if people and levels:
             given |= _factor(frame, people[0], str(given["stimulus"]), columns, given)
     coded = next((column for column in columns if column.name == given.get("answer")), None)
     if coded is not None and not are_usual(coded.values):
@@ -355,11 +357,11 @@ def _factor(
         column.name
         for column in columns
         if column.range is None and 1 < column.distinct <= MOST_CONDITIONS
-        if column.name not in given.values() and stimulus in frame
+        if column.name not in given.values() and not NO_CONDITIONS.search(column.name)
         if all(
             len(frame[[column.name, other]].dropna().drop_duplicates())
-            == column.distinct * frame[other].nunique()
-            for other in (who, stimulus)
+            >= least * column.distinct * frame[other].nunique()
+            for other, least in ((who, 1), (stimulus, CROSSED))
         )
     ]
     return {"factor": found[0]} if len(found) == 1 else {}

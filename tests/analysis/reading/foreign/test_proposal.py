@@ -44,10 +44,10 @@ CHOICES = pd.DataFrame(
         (
             pd.DataFrame(
                 [
-                    {"who": who, "off": off, "said": int(off > 0), "cond": cond}
+                    {"who": who, "off": off, "said": int(off > 0), "cond": cond, "side": cond}
                     for who in "ab"
-                    for cond in ("still", "moving")
-                    for off in (-2, -1, 1, 2)
+                    for cond, least in (("still", -2), ("moving", -1))
+                    for off in range(least, least + 5)
                 ]
             ),
             "--participant who --stimulus off --answer said --factor cond",
