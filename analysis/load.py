@@ -42,7 +42,7 @@ from slipscale.analysis.reading.labelled_tasks import (
 from slipscale.analysis.reading.meaning.keywords import mapping_of
 from slipscale.analysis.reading.meaning.mapping import NAME, TableMapping, beside
 from slipscale.analysis.reading.own_results import refuse_results
-from slipscale.analysis.reading.suspicions import notes_on_answers
+from slipscale.analysis.reading.suspicions import check_levels, notes_on_answers
 from slipscale.analysis.reading.table_by_hand import read_table
 from slipscale.analysis.reading.trial_tables import BLOCK, ESTIMATION, IDENTITY, factor_columns
 from slipscale.analysis.tasks.outside.guard import installed_kinds
@@ -383,6 +383,9 @@ def _by_hand(
     level, answer = ESTIMATION.required
     empty = {ESTIMATES: empty_estimates(), DIFFERENCES: empty_differences()}
     read = {kind: table.trials.get(kind, rows) for kind, rows in empty.items()}
+    for rows in table.trials.values():
+        for column in rows.columns[rows.columns.str.contains(level)]:
+            check_levels(rows[column], path.name)
     notes = notes_on_answers(read[ESTIMATES], PARTICIPANT, level, answer, path.name)
     problems.add_many(list(notes), "suspicious answers")
     tables = _divided([kind for kind in TRIALS if kind.name in read], read, problems, counts)

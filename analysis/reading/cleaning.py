@@ -39,6 +39,8 @@ ESTIMATION_NUMBERS = tuple(name for name in ESTIMATION.numbers if name != BLOCK)
 NEEDED = (*ESTIMATION.required, *STEP_AMPLITUDES)
 #: Larger numbers are treated as typing errors, because their squares would overflow.
 LARGEST = 1e100
+#: Largest share of answers that repeat a trial number: more of them are numbers that restart.
+MOST_DOUBLED = 0.1
 
 
 def clean_estimates(
@@ -354,6 +356,14 @@ def _without_doubles(
     duplicated &= (
         ~clean["flag"].astype(str).str.contains(VOIDED) if duplicated.any() else duplicated
     )
+    if duplicated.sum() > MOST_DOUBLED * len(clean):
+        raise UserError(
+            "{doubled} of {count} answers repeat a trial number of the same person, so that they "
+            "would be dropped; name the column in which the numbers restart (--block, or block), "
+            "or leave --trial out",
+            doubled=int(duplicated.sum()),
+            count=len(clean),
+        )
     shown = clean[duplicated].head(LISTED_PROBLEMS)
     problems.add_many(
         [

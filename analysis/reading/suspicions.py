@@ -28,6 +28,8 @@ WHOLE_NUMBER = re.compile(r"(\D*?)0*(\d+)(?:[.,]0*)?")
 MISSING_CODES = (99.0, 999.0, 9999.0, 99999.0, 88.0, 888.0, 77.0, 777.0)
 #: Codes for missing answers are reported if they exceed this multiple of the largest other answer.
 FAR = 3.0
+#: Codes among the levels are refused if they exceed this multiple of the largest other level.
+MUCH_FARTHER = 20.0
 #: Minimum number of answers, and of different values, for reporting identical sequences.
 FEWEST_ALIKE, FEWEST_VALUES = 8, 4
 
@@ -86,6 +88,25 @@ def check_labels(labels: Sequence[str], column: str, file: str) -> list[str]:
         for label in labels
         if lower.setdefault(label.lower(), label) != label
     ]
+
+
+def check_levels(levels: pd.Series[float], file: str) -> None:
+    """Raise `UserError` if a level is probably a code for a missing value.
+
+    One level far from all others would decide where the levels lie, and with it the analysis.
+    """
+    sizes = levels.dropna().abs()
+    codes = sizes.isin(MISSING_CODES)
+    largest = sizes[~codes].max()
+    for code in sorted(set(levels.dropna()[codes])):
+        if abs(code) > MUCH_FARTHER * largest:
+            raise UserError(
+                "{file}: the level {code:g} is probably a code for a missing value, because the "
+                "other levels reach only {largest:g}; leave these cells empty, or remove the rows",
+                file=file,
+                code=code,
+                largest=largest,
+            )
 
 
 def notes_on_answers(

@@ -71,10 +71,12 @@ standard_um_pp = 1.1
 protocol = "same_different"
 repetitions = 2
 """
-#: Drawn at random, searched along a profile, or of a curve that jumps: named, never passed over.
+#: Drawn at random, searched along a profile, of a curve that jumps, or of the design: named, never
+#: passed over.
 NAMED = re.compile(
     r"\.fit\.(p|simulations)$|consistency\.[\w-]+\.p$|population\.factors\."
     r"|differences\.(\w*interval|simulations)|similarity\.0\.(coordinates|stress\.[13])"
+    r"|scales\.\d\.stimuli$"  # how many stimuli a trial has
 )
 #: Reported 5 % too large, each of another kind.
 WRONG = [

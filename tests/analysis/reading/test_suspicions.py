@@ -102,3 +102,27 @@ def test_a_thousands_point_is_a_thousand_if_the_decimal_mark_is_stated(tmp_path)
     table = {"columns": {"participant": "who", "stimulus": "level", "response": "told"}}
     mapping = parse_mapping(table | {"table": {"decimal": ","}}, "here")
     assert list(load(path, mapping).estimates["estimate"]) == [1080, 540]
+
+
+@pytest.mark.parametrize("code, levels", [(999, LEVELS), (-999, (-2, -1, 0, 1, 2))])
+def test_a_level_that_is_a_code_for_a_missing_value_is_refused(tmp_path, code, levels):
+    path = tmp_path / "coded.csv"
+    rows = [f"{who},{level},{said}" for who in "abc" for level in levels for said in "0011"]
+    path.write_text("\n".join(["who,level,said", *rows, f"a,{code},1"]))
+    options = {"participant": "who", "stimulus": "level:mm", "answer": "said"}
+    with pytest.raises(UserError, match=f"the level {code} is probably a code for a missing"):
+        load(path, **options)
+    path.write_text("\n".join(["who,level,said", *rows]))
+    load(path, **options)
+
+
+def test_trial_numbers_that_restart_are_refused_instead_of_dropping_answers(tmp_path):
+    path = tmp_path / "restarting.csv"
+    trials = [
+        f"{who},{block},{n},{n % 3 + 1},{n}" for who in "ab" for block in (1, 2) for n in range(9)
+    ]
+    path.write_text("\n".join(["who,part,number,level,loud", *trials]) + "\n")
+    options = {"participant": "who", "stimulus": "level:mm", "response": "loud"}
+    with pytest.raises(UserError, match=r"18 of 36 answers .*--block"):
+        load(path, trial="number", **options)
+    assert len(load(path, trial="number", block="part", **options).estimates) == 36
