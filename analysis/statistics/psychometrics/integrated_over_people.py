@@ -163,6 +163,10 @@ class IntegratedModel:
     more : callable, optional
         Function that returns the log likelihood of additional answers without random effects, and
         its gradient.
+    finer : callable, optional
+        Function that returns the log likelihood on a finer grid. A higher maximum that `profiles`
+        finds counts only if the finer grid confirms it: a curve that is steeper than the grid can
+        pass between all answers.
     """
 
     def __init__(
@@ -175,9 +179,10 @@ class IntegratedModel:
         outer: Grid,
         inner: Grid = NO_EFFECT,
         more: Callable[[Array], tuple[float, Array]] | None = None,
+        finer: Callable[[Array], float] | None = None,
     ) -> None:
         self.counted, self.predict, self.bounds = counted, predict, tuple(bounds)
-        self._more = more
+        self._more, self._finer = more, finer
         self.spreads = tuple(spreads)
         self.outer, self.inner = outer, inner
         self._cells = [np.flatnonzero(counted.cells == c) for c in np.unique(counted.cells)]
@@ -251,6 +256,10 @@ class IntegratedModel:
                 break
         return Maximum(np.asarray(found.x), -float(found.fun), -np.asarray(found.jac))
 
+    def higher(self, theta: Array, other: Array) -> bool:
+        """Return whether the first likelihood is above the other, on the finer grid if any."""
+        return self._finer is None or self._finer(theta) > self._finer(other) + FLAT
+
     def profiles(
         self, best: Maximum, places: Sequence[int], fall: float
     ) -> tuple[Maximum, tuple[Interval, ...]]:
@@ -280,7 +289,9 @@ class IntegratedModel:
                     # lower maximum.
                     freed = self.fit(likeliest.theta)
                     higher = max(likeliest, freed, key=lambda each: each.log_likelihood)
-                    return self.profiles(higher, places, fall)
+                    if self.higher(higher.theta, best.theta):
+                        return self.profiles(higher, places, fall)
+                    level = False
                 ends.append(end)
                 flat = flat or level
             found.append(Interval(None if flat else float(best.theta[place]), *ends))
