@@ -51,6 +51,8 @@ NODES, FEWEST_NODES, MOST_NODES, OUTERMOST = 4.0, 21, 161, 4.0
 COARSEST, MOST_REFINED = 3.0, 801
 #: Number of nodes for the deviation of a participant's threshold in one condition.
 INNER_NODES = 21
+#: Number of nodes of the grid that confirms a maximum, relative to the grid of the search.
+FINER = 4
 #: Nodes for slopes. A participant's answers hardly determine the slope, so nodes one standard
 #: deviation apart are enough: with 41 nodes, estimates change by less than 0.1 standard errors.
 OF_SLOPES = even(7, 3.0)
@@ -147,16 +149,17 @@ class HierarchicalFit:
             self._guess,
         ]
 
-        def with_nodes(count: int) -> IntegratedModel:
-            persons = even(count, OUTERMOST)
+        def with_nodes(count: int, finer: int = 1) -> IntegratedModel:
+            persons = even(min(finer * count, max(count, MOST_REFINED)), OUTERMOST)
             return IntegratedModel(
                 counted,
                 self._predict,
                 bounds,
                 spreads=(self.spread, self.within, self.unlike),
                 outer=persons.crossed(OF_SLOPES if self.slopes_differ else NO_EFFECT),
-                inner=even(INNER_NODES) if several else NO_EFFECT,
+                inner=even(finer * INNER_NODES) if several else NO_EFFECT,
                 more=self._catches,
+                finer=self._on_finer_grid if finer == 1 else None,
             )
 
         self._with_nodes = with_nodes
@@ -178,6 +181,9 @@ class HierarchicalFit:
             return False
         self._nodes, self._fitted = nodes, self._with_nodes(nodes)
         return True
+
+    def _on_finer_grid(self, theta: Array) -> float:
+        return -self._with_nodes(self._nodes, FINER).minus_log(theta)[0]
 
     def _best(self) -> Maximum:
         if self.slopes_differ:
@@ -276,7 +282,9 @@ class HierarchicalFit:
     def jumps(self) -> bool:
         """Whether the steepest allowed slope fits about as well as the best slope."""
         steepest = self._fitted.bounds[self.slope][1]
-        return self.fallen({self.slope: steepest}) < FLAT
+        held = self._fitted.fit(self.best.theta, {self.slope: steepest})
+        near = self.best.log_likelihood - held.log_likelihood < FLAT
+        return near and not self._fitted.higher(self.best.theta, held.theta)
 
     def deviations(self) -> Array:
         """Return each person's deviation from the population threshold, on the curve's axis.

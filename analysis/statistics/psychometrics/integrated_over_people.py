@@ -163,6 +163,10 @@ class IntegratedModel:
     more : callable, optional
         Function that returns the log likelihood of additional answers without random effects, and
         its gradient.
+    finer : callable, optional
+        Function that returns the log likelihood on a finer grid. A higher maximum that `profiles`
+        finds counts only if the finer grid confirms it: a curve that is steeper than the grid can
+        pass between all answers.
     """
 
     def __init__(
@@ -175,9 +179,10 @@ class IntegratedModel:
         outer: Grid,
         inner: Grid = NO_EFFECT,
         more: Callable[[Array], tuple[float, Array]] | None = None,
+        finer: Callable[[Array], float] | None = None,
     ) -> None:
         self.counted, self.predict, self.bounds = counted, predict, tuple(bounds)
-        self._more = more
+        self._more, self._finer = more, finer
         self.spreads = tuple(spreads)
         self.outer, self.inner = outer, inner
         self._cells = [np.flatnonzero(counted.cells == c) for c in np.unique(counted.cells)]
@@ -240,6 +245,9 @@ class IntegratedModel:
             bounds[place] = (value, value)
         low, high = np.transpose(bounds)
         start = np.clip(start, low, high)
+        if np.array_equal(low, high):  # nothing to search
+            value, gradient = self.minus_log(start)
+            return Maximum(start, -value, -gradient)
         for _ in range(MOST_SEARCHES):
             found = optimize.minimize(
                 self.minus_log, start, jac=True, method="L-BFGS-B", bounds=bounds
@@ -250,6 +258,10 @@ class IntegratedModel:
             if np.abs(found.jac[free]).max(initial=0.0) < LARGEST_GRADIENT:
                 break
         return Maximum(np.asarray(found.x), -float(found.fun), -np.asarray(found.jac))
+
+    def higher(self, theta: Array, other: Array) -> bool:
+        """Return whether the first likelihood is above the other, on the finer grid if any."""
+        return self._finer is None or self._finer(theta) > self._finer(other) + FLAT
 
     def profiles(
         self, best: Maximum, places: Sequence[int], fall: float
@@ -280,7 +292,9 @@ class IntegratedModel:
                     # lower maximum.
                     freed = self.fit(likeliest.theta)
                     higher = max(likeliest, freed, key=lambda each: each.log_likelihood)
-                    return self.profiles(higher, places, fall)
+                    if self.higher(higher.theta, best.theta):
+                        return self.profiles(higher, places, fall)
+                    level = False
                 ends.append(end)
                 flat = flat or level
             found.append(Interval(None if flat else float(best.theta[place]), *ends))

@@ -90,7 +90,7 @@ def _biases(found: TaskRatings, confidence: float) -> list[str]:
     if ends:
         texts.append(
             f"{ends} of {found.answers} ratings were at an end of the line, which biases "
-            "means towards the middle."
+            "means towards the middle. Intervals of means near an end are too narrow (see methods)."
         )
     if found.catch_mean is not None:
         texts.append(

@@ -287,7 +287,9 @@ class _Ratings(Statistic[tuple[TaskRatings, ...]]):
         "[[friedman1937]], between pairs of surfaces by Wilcoxon signed-rank tests "
         "[[wilcoxon1945]] with Holm's correction across all pairs [[holm1979]], and across ordered "
         "{q.levels} by Page's test [[page1963]]. Ratings were not normalised, and means have "
-        "t-based intervals, limited to the range of the scale. " + FRIEDMAN_ERRORS
+        "t-based intervals, limited to the range of the scale. Near an end of a line, 95 % "
+        "intervals contained the mean in 87 % of 100 simulated studies with 12 participants: they "
+        "are too narrow. " + FRIEDMAN_ERRORS
     )
     conclusions = (
         Named("*.friedman.p", "{0}: ratings differ between surfaces (Friedman's test)"),

@@ -23,6 +23,7 @@ from tests.support.plain.formulas import (
     tail,
 )
 from tests.support.plain.scaling import compared, rated_pairs, sorted_items, told_apart
+from tests.support.plain.thresholds import forced
 
 
 @dataclass
@@ -233,14 +234,8 @@ def movement(moves):
     return found
 
 
-def forced(answer):
-    def check(found, rows):
-        for each in found["participants"]:
-            own = [row for who, row in rows if who == each["participant"]]
-            assert each["trials"] == len(own)
-            assert each["correct"] == sum(row[answer] == "true" for row in own)
-
-    return check
+def above_standard(row):
+    return round(float(row["comparison_um_pp"]) - float(row["standard_um_pp"]), 9)
 
 
 def noticed(found, rows):
@@ -334,11 +329,20 @@ KINDS = {
     "sorting": Kind("sorting", "group", "item", sorted_items),
     "paired_comparison": Kind("scales", "response", "stimulus1", compared),
     "constant_stimuli": Kind(
-        "thresholds", "comparison_more", "comparison_um_pp", forced("comparison_more")
+        "thresholds",
+        "comparison_more",
+        "comparison_um_pp",
+        forced(above_standard, "comparison_more"),
     ),
-    "detection_threshold": Kind("thresholds", "correct", "level_um_pp", forced("correct")),
-    "difference_threshold": Kind("thresholds", "correct", "level_um_pp", forced("correct")),
-    "oddity": Kind("thresholds", "correct", "level_um_pp", forced("correct")),
+    "detection_threshold": Kind(
+        "thresholds", "correct", "level_um_pp", forced(value_of("level_um_pp"), "correct")
+    ),
+    "difference_threshold": Kind(
+        "thresholds", "correct", "level_um_pp", forced(value_of("level_um_pp"), "correct")
+    ),
+    "oddity": Kind(
+        "thresholds", "correct", "level_um_pp", forced(value_of("level_um_pp"), "correct")
+    ),
     "descending_difference": Kind("difference", "difference_felt", "amplitude_um_pp", noticed),
 }
 ESTIMATES = Kind("power_law", "estimate", "amplitude_um_pp", estimated, "0.5")

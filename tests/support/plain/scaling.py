@@ -26,7 +26,7 @@ def told_apart(found, rows):
                 own[who]["pair" if two == names else "same"].append(row["response"] == "true")
         people = [each for each in own.values() if each["pair"] and each["same"]]
         assert pair["participants"] == len(people)
-        whole = {key: [said for each in people for said in each[key]] for key in ("pair", "same")}
+        whole = {key: [a for each in people for a in each[key]] for key in ("pair", "same")}
         assert (pair["different"], pair["different_n"]) == (
             sum(whole["pair"]),
             len(whole["pair"]),

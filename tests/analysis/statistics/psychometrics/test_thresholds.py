@@ -352,7 +352,7 @@ def test_a_rise_over_several_levels_has_a_threshold():
 @pytest.mark.parametrize("fit", [fit_threshold, fit_threshold_by_posterior])
 def test_a_threshold_outside_the_levels_is_only_said_to_be_there(correct, words, fit):
     found = fit(answers([0.1, 0.2, 0.3, 0.4], correct))
-    assert found == NotComputed(f"the most likely threshold is {words}")
+    assert found == NotComputed(f"the threshold is {words}")
 
 
 def test_an_end_that_the_data_do_not_set_is_infinite_or_zero():

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from slipscale.analysis.statistics.repeated_measures.batched import signed_rank_p
+from slipscale.analysis.statistics.repeated_measures.batched import paired_t, signed_rank_p
 from slipscale.analysis.statistics.repeated_measures.pairwise import EXACT_AT_MOST
 
 
@@ -41,3 +41,9 @@ def test_who_is_missing_counts_for_nothing():
 
 def test_no_change_at_all_is_no_evidence():
     assert signed_rank_p(np.zeros((1, 8))) == pytest.approx([1.0])
+
+
+def test_paired_t_divides_by_the_sample_standard_deviation():
+    # Differences 1, 2 and 6: mean 3, SD √7, so t is 3 √(3 / 7).
+    table = np.array([[[1.0, 2.0], [1.0, 3.0], [1.0, 7.0]]])
+    assert paired_t(table) == pytest.approx([3 * (3 / 7) ** 0.5])
