@@ -6,9 +6,9 @@ import math
 import os
 from pathlib import Path
 
-#: A worker that has collected all tests holds 0.6 GB and grows to 0.9 GB; the processes that a test
+#: A worker that has collected all tests holds 0.6 GB and grows to 1.8 GB; the processes that a test
 #: starts need up to 0.5 GB.
-BYTES_PER_WORKER = 1.5e9
+BYTES_PER_WORKER = 2e9
 
 
 def workers(processors: int, memory: float) -> int:

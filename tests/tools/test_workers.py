@@ -7,7 +7,7 @@ from tests.support.workers import memory_bytes, workers
 
 @pytest.mark.parametrize(
     "processors, gigabytes, expected",
-    [(2, 2, 1), (2, 24, 2), (16, 8, 5), (1, 64, 1), (4, 0.5, 1), (4, float("inf"), 4)],
+    [(2, 2, 1), (2, 24, 2), (16, 8, 4), (1, 64, 1), (4, 0.5, 1), (4, float("inf"), 4)],
 )
 def test_each_worker_has_a_processor_and_its_memory(processors, gigabytes, expected):
     assert workers(processors, gigabytes * 1e9) == expected
