@@ -115,6 +115,12 @@ def test_two_columns_with_the_same_use_are_rejected(uploaded):
     )
 
 
+def test_a_code_that_looks_like_an_option_is_rejected(uploaded):
+    asked = {"number": "001", "roles": ROLES, "codes": {"--html": "yes"}}
+    status, said = uploaded.ask("describe", **asked)
+    assert (status, "would be read as an option" in said) == (409, True)
+
+
 def test_the_report_is_made_with_the_choices_and_saves_them(uploaded, words_of):
     codes = {"hit": "yes", "miss": "no"}
     described()
