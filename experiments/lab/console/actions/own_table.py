@@ -153,8 +153,11 @@ def _columns(roles: dict[str, Role | Literal[""]]) -> dict[str, str]:
 def _words(name: str, value: bool | str | tuple[str, ...]) -> list[str]:
     """Return an option with its values."""
     if isinstance(value, tuple):
-        if option := next((each for each in value if each.startswith("--")), None):
-            raise UserError("'{option}' would be read as an option; rename this code", option=option)
+        option = next((each for each in value if each.startswith("--")), None)
+        if option is not None:
+            raise UserError(
+                "'{option}' would be read as an option; rename this code", option=option
+            )
         return [_option(name), *value]
     return [_option(name)] if value is True else [f"{_option(name)}={value}"]
 
