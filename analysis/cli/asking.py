@@ -74,6 +74,9 @@ def meanings(proposal: Proposal, ask: Ask) -> dict[str, object]:
             given[question.option] = _column(
                 question.option, question.candidates or proposal.columns, ask
             )
+    used = [given[name] for name in ("answer", "response", "stimulus") if name in given]
+    if given.get("factor") in used:
+        del given["factor"]  # it was proposed before the column's meaning was known
     answer = next((each for each in proposal.columns if each.name == given.get("answer")), None)
     given.pop("yes", None)
     if answer is not None and not are_usual(answer.values):

@@ -168,23 +168,20 @@ def fit_threshold_by_posterior(
 
     For the priors, see `slipscale.analysis.statistics.psychometrics.posterior`. Parameters and
     errors are described in `fit_threshold`. If `fit_threshold` finds no threshold, its reason is
-    returned. The median must also lie within the levels presented, like the most likely threshold.
+    returned. The median may lie beyond the levels presented; the report then calls it extrapolated.
     """
     model = model_of(method, curve, share, LARGEST_LAPSE)
     likeliest = _likeliest(answers, model)
     if isinstance(likeliest, NotComputed):
         return likeliest
     found = marginals(model, counts_of(answers, model), confidence)
-    levels = model.curve.level(found.threshold)
-    if why := _beyond(float(levels[0]), answers.levels):
-        return NotComputed(why)
     ends = np.exp(found.log_slope)
     return PsychometricFunction(
         estimator="posterior",
         curve=curve,
         method=method,
         share=share,
-        threshold_level=estimate(levels, confidence),
+        threshold_level=estimate(model.curve.level(found.threshold), confidence),
         slope=_slope(ends, answers, confidence),
         slope_value=float(ends[0]),
         lapse=found.lapse,

@@ -303,6 +303,15 @@ def remarks(task: TaskThresholds, confidence: float, quantity: Quantity) -> list
         for each in task.participants
         for lacking in missing([each.function])
     ]
+    parts += [
+        f"{each.participant}'s threshold, "
+        f"{quantity.value(significant(each.function.threshold_level.value))}, is outside the "
+        f"presented levels ({each.presented_levels[0]:g} to "
+        f"{quantity.value(f'{each.presented_levels[1]:g}')}): it is extrapolated, and the answers "
+        "do not show that there is a threshold."
+        for each in task.participants
+        if each.function and each.extrapolated
+    ]
     if task.reversals:
         parts.append(_reversals(task.reversals, confidence, quantity))
     if task.friction:

@@ -67,6 +67,8 @@ class ParticipantThreshold:
         Threshold divided by the standard.
     fit : GoodnessOfFit or NotComputed
         Goodness of fit of the maximum-likelihood function.
+    presented_levels : tuple of float
+        Lowest and highest level in main trials, µm peak to peak; NaN without trials.
     """
 
     participant: str
@@ -77,6 +79,14 @@ class ParticipantThreshold:
     function: PsychometricFunction | NotComputed
     weber_fraction: Estimate | NotComputed
     fit: GoodnessOfFit | NotComputed
+    presented_levels: tuple[float, float]
+
+    @property
+    def extrapolated(self) -> bool:
+        """Whether the threshold lies outside the presented levels, as of an observer at chance."""
+        low, high = self.presented_levels
+        found = computed(self.function)
+        return found is not None and not low <= found.threshold_level.value <= high
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -235,6 +245,7 @@ def _participant(
         function=function,
         weber_fraction=weber,
         fit=fit,
+        presented_levels=(float(main["track_level"].min()), float(main["track_level"].max())),
     )
 
 

@@ -59,6 +59,7 @@ def task(fractions, standard=1.2):
             if fraction is None
             else Estimate(value=fraction, interval=ConfidenceInterval(0, 1, 0.95)),
             fit=NONE,
+            presented_levels=(0.02, 0.4),
         )
         for who, fraction in enumerate(fractions)
     )

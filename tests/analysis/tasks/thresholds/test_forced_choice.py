@@ -185,7 +185,7 @@ def test_a_drawn_curve_reaches_what_was_observed_at_the_outermost_level():
     assert within_answers(line, missed) == line
 
 
-def test_a_threshold_beyond_the_presented_levels_is_refused_by_one_rule():
+def test_a_threshold_beyond_the_presented_levels_is_called_extrapolated():
     """An observer near chance got a threshold of 19.6 from levels of 1 to 6, without a word."""
     rng = np.random.default_rng(5)
     people = [
@@ -197,19 +197,23 @@ def test_a_threshold_beyond_the_presented_levels_is_refused_by_one_rule():
     share = np.where(top, 0.65, 0.5)
     people.append(chance.assign(correct=rng.random(len(chance)) < share))
     (found,) = thresholds(pd.concat(people, ignore_index=True))
+    beyond = [each.participant for each in found.participants if each.extrapolated]
     text = " ".join(remarks(found, 0.95, PLATE_AMPLITUDE))
-    highest = chance.loc[~chance["catch"], "track_level"].max()
-    reason = f"the threshold is above {highest:g}, the highest level presented"
-    assert f"sub-03 has no threshold: {reason}." in text
-    assert [bool(each.function) for each in found.participants] == [True, True, False]
-    every = pd.concat(people, ignore_index=True)
-    answers = [
-        Answers.of_trials(own["track_level"].tolist(), own["correct"].tolist())
-        for _, own in every[~every["catch"]].groupby("participant_id", observed=True)
-    ]
-    values = threshold_values(answers, method="two_interval", curve="weibull")
-    fits = [fit_threshold(each) for each in answers]
-    assert values == pytest.approx([each.threshold_level.value for each in fits], rel=1e-3)
+    levels = chance.loc[~chance["catch"], "track_level"]
+    assert found.participants[0].presented_levels == (levels.min(), levels.max())
+    for each in found.participants:
+        told = f"{each.participant}'s threshold, " in text
+        assert told is (each.participant in beyond)
+    last = found.participants[-1]
+    assert last.extrapolated
+    assert last.function.threshold_level.value == pytest.approx(0.4537, abs=0.01)
+    assert "sub-01" not in beyond
+
+
+def test_a_most_likely_threshold_beyond_the_levels_is_refused_alone_and_among_many():
     easy = Answers.of_trials([1.0] * 20 + [2.0] * 20, [False] * 2 + [True] * 38)
+    usual = Answers.of_trials([1.0] * 20 + [2.0] * 20, [False] * 9 + [True] * 11 + [True] * 20)
     assert "below" in fit_threshold(easy).reason
-    assert np.isnan(threshold_values([easy], method="two_interval", curve="weibull")).all()
+    values = threshold_values([easy, usual], method="two_interval", curve="weibull")
+    assert np.isnan(values).tolist() == [True, False]
+    assert values[1] == pytest.approx(fit_threshold(usual).threshold_level.value, rel=1e-3)
