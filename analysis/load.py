@@ -383,9 +383,9 @@ def _by_hand(
     level, answer = ESTIMATION.required
     empty = {ESTIMATES: empty_estimates(), DIFFERENCES: empty_differences()}
     read = {kind: table.trials.get(kind, rows) for kind, rows in empty.items()}
-    for rows in table.trials.values():
-        for column in rows.columns[rows.columns.str.contains(level)]:
-            check_levels(rows[column], path.name)
+    for found in table.trials.values():
+        for column in found.columns[found.columns.str.contains(level)]:
+            check_levels(found[column], path.name)
     notes = notes_on_answers(read[ESTIMATES], PARTICIPANT, level, answer, path.name)
     problems.add_many(list(notes), "suspicious answers")
     tables = _divided([kind for kind in TRIALS if kind.name in read], read, problems, counts)

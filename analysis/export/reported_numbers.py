@@ -71,7 +71,7 @@ def _exponents(analysis: Analysis) -> dict[str, dict[str, float]]:
 
 #: Levels, which are inputs and not results.
 GIVEN = re.compile(
-    r"(^|\.)((level|from_level|to_level|removed_level|of_levels|reduction)(\.[\d.]+)?|levels\.[\d.]+)$"
+    r"(^|\.)((level|from_level|to_level|removed_level|of_levels|reduction|presented_levels)(\.[\d.]+)?|levels\.[\d.]+)$"
 )
 #: Columns of levels that the script reads.
 COLUMNS = (
