@@ -60,8 +60,7 @@ def meanings(proposal: Proposal, ask: Ask) -> dict[str, object]:
     ask : callable
         Function that shows a prompt and returns the reply, such as `input`.
     """
-    from slipscale.analysis.reading.answer_codes import are_usual
-    from slipscale.analysis.reading.foreign.proposal import RESULTS
+    from slipscale.analysis.reading.foreign.proposal import RESULTS, coded_answer
 
     given = dict(proposal.given)
     for question in proposal.questions:
@@ -74,13 +73,9 @@ def meanings(proposal: Proposal, ask: Ask) -> dict[str, object]:
             given[question.option] = _column(
                 question.option, question.candidates or proposal.columns, ask
             )
-    used = [given[name] for name in ("answer", "response", "stimulus") if name in given]
-    if given.get("factor") in used:
-        del given["factor"]  # it was proposed before the column's meaning was known
-    answer = next((each for each in proposal.columns if each.name == given.get("answer")), None)
     given.pop("yes", None)
-    if answer is not None and not are_usual(answer.values):
-        given |= _codes(answer, ask)
+    if coded := coded_answer(proposal.columns, given):
+        given |= _codes(coded, ask)
     forced = {"answer", "yes_count", "percent"}.intersection(given) or "n" in given
     if forced and not {"first", "quadruple", "triad"}.intersection(given):
         reply = ask("Alternatives in a forced choice: 2 or 3 [not a forced choice]: ").strip()

@@ -10,9 +10,14 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from slipscale.analysis.load import load
-from slipscale.analysis.reading.answer_codes import are_usual
 from slipscale.analysis.reading.cells import cell
-from slipscale.analysis.reading.foreign.proposal import OWN, RESULTS, Proposal, described
+from slipscale.analysis.reading.foreign.proposal import (
+    OWN,
+    RESULTS,
+    Proposal,
+    coded_answer,
+    described,
+)
 from slipscale.analysis.reading.meaning.keywords import mapping_of, name_and_unit
 from slipscale.analysis.reading.meaning.mapping import Columns
 from slipscale.faults import UserError
@@ -66,9 +71,8 @@ class Description:
     @property
     def codes(self) -> list[str]:
         """Codes in the column of answers, if their meaning has to be stated."""
-        answer = self.given.get("answer")
-        found = next((each for each in self.proposal.columns if each.name == answer), None)
-        return [] if found is None or are_usual(found.values) else list(found.values)
+        coded = coded_answer(self.proposal.columns, self.given)
+        return list(coded.values) if coded else []
 
     def __str__(self) -> str:
         """Return the description, the command, and the consequence or what is missing."""

@@ -30,7 +30,6 @@ from slipscale.hardware.emulator.response_faults import (
 from slipscale.hardware.plate.dynamics import NO_FINGER, FingerLoad
 from slipscale.hardware.plate.twin import Twin
 
-DEFAULT_LIMITS = wire.BoardLimits()
 FOREIGN_IDENTITY = "Hewlett-Packard,34401A,0,10-5-2"
 NMEA = b"$GPGGA,101530.00,5036.10,N,00308.40,E,1,08,0.9,40.0,M,47.0,M,,*65\r\n"
 NMEA_S = 0.05

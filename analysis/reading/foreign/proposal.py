@@ -299,10 +299,12 @@ def propose(frame: pd.DataFrame, paths: Sequence[Path], tables: Sequence[Path]) 
         others = [column for column in columns if column.name not in used]
         named = {name: [c for c in found if c not in people] for name, found in likely.items()}
         given |= _answers(named, columns, others, questions)
+        asked = {column.name for question in questions for column in question.candidates}
+        free = [column for column in columns if column.name not in {*given.values(), *asked}]
         if people and levels:
-            given |= _factor(frame, people[0], str(given["stimulus"]), columns, given)
-    coded = next((column for column in columns if column.name == given.get("answer")), None)
-    if coded is not None and not are_usual(coded.values):
+            given |= _factor(frame, people[0], str(given["stimulus"]), free)
+    coded = coded_answer(columns, given)
+    if coded is not None:
         given["yes"] = ["CODE"]
         questions.append(Question(option="yes", candidates=(coded,)))
     return Proposal(
@@ -349,15 +351,13 @@ def _answers(
     return {"response": "RESPONSE"}
 
 
-def _factor(
-    frame: pd.DataFrame, who: str, stimulus: str, columns: Sequence[Column], given: Given
-) -> Given:
+def _factor(frame: pd.DataFrame, who: str, stimulus: str, free: Sequence[Column]) -> Given:
     """Return the only column of words that is crossed with the participants and the levels."""
     found = [
         column.name
-        for column in columns
+        for column in free
         if column.range is None and 1 < column.distinct <= MOST_CONDITIONS
-        if column.name not in given.values() and not NO_CONDITIONS.search(column.name)
+        if not NO_CONDITIONS.search(column.name)
         if all(
             len(frame[[column.name, other]].dropna().drop_duplicates())
             >= least * column.distinct * frame[other].nunique()
@@ -365,6 +365,12 @@ def _factor(
         )
     ]
     return {"factor": found[0]} if len(found) == 1 else {}
+
+
+def coded_answer(columns: Sequence[Column], given: Mapping[str, object]) -> Column | None:
+    """Return the column of answers if the meaning of its codes has to be stated."""
+    found = next((column for column in columns if column.name == given.get("answer")), None)
+    return None if found is None or are_usual(found.values) else found
 
 
 def _one(option: str, found: Sequence[Column], questions: list[Question]) -> str:

@@ -13,8 +13,7 @@ from slipscale.experiments.lab.console.own_tables import (
 )
 from slipscale.experiments.lab.console.pages.view import View, date_of, failure
 from slipscale.experiments.lab.console.state import RESULTS, changed_ns
-
-ANSWER_IS_NO = 1  # the description states why the choices do not fit the table
+from slipscale.faults import ANSWER_IS_NO  # the description states why the choices do not fit
 
 
 def own_table(view: View) -> dict[str, object]:
