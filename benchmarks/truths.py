@@ -154,18 +154,19 @@ class Cell(NamedTuple):
             noise=noise,
         )
 
-    def study(self) -> str:
-        """Return the study file."""
-        levels = LEVELS[1:] if self.protocol in ABOVE_ZERO else LEVELS
-        text = STUDY.format(levels=", ".join(map(str, levels)), protocol=self.protocol)
-        return f"{text}{KEYS[self.protocol]}\n"
+
+def study_text(protocol: str) -> str:
+    """Return the study file of a protocol."""
+    levels = LEVELS[1:] if protocol in ABOVE_ZERO else LEVELS
+    text = STUDY.format(levels=", ".join(map(str, levels)), protocol=protocol)
+    return f"{text}{KEYS[protocol]}\n"
 
 
 def simulated(cell: Cell, people: int, seed: int) -> Dataset:
     """Simulate people, and read their trials."""
     with tempfile.TemporaryDirectory(prefix="slipscale-") as name:
         file = Path(name) / "study.toml"
-        file.write_text(cell.study(), encoding="utf-8")
+        file.write_text(study_text(cell.protocol), encoding="utf-8")
         plans = pilot_plans(
             str(file),
             participants=people,

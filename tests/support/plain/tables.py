@@ -4,48 +4,15 @@ import csv
 import shutil
 from dataclasses import dataclass
 
+from benchmarks.truths import LEVELS, study_text
 from slipscale.experiments.participants.simulated_people.population import Population
 from slipscale.experiments.running.bare_dataset import write_simulated
 from slipscale.experiments.running.pilot import pilot_plans
 
 PEOPLE = 4
-STUDY = """name = "plain"
-title = "Plain"
-language = "en"
-seed = 1
-participants = 4
-amplitudes_um_pp = [{levels}]
-[plate]
-tolerance = 0.01
-tolerance_um_pp = 0.015
-[[tasks]]
-protocol = "{protocol}"
-{keys}
-"""
-ABOVE_ZERO = ("matching", "magnitude_production", "ratio_to_standard")
-KEYS = {
-    "category_scale": 'labels = ["none", "weak", "moderate", "strong", "very strong"]',
-    "constant_stimuli": "standard_um_pp = 0.5\ncomparisons_um_pp = [0.6, 0.8, 1.2, 1.7, 2.3]",
-    "descending_difference": "",
-    "detection_threshold": "",
-    "difference_threshold": "start_um_pp = 0.6\nlowest_um_pp = 0.05",
-    "identification": "",
-    "limits": "",
-    "magnitude_estimation": "",
-    "magnitude_production": "standard_um_pp = 0.8\nmodulus = 10.0\nnumbers = [7.0, 10.0, 14.0]",
-    "matching": "nearest_start_um_pp = 0.1\nfurthest_start_um_pp = 0.2\nhighest_um_pp = 2.5",
-    "oddity": "lowest_um_pp = 0.07",
-    "paired_comparison": "",
-    "pointing": "",
-    "ratio_to_standard": "standard_um_pp = 1.2",
-    "same_different": "",
-    "similarity": "",
-    "sorting": "",
-    "visual_analogue_scale": "",
-}
 PEOPLE_LIKE = Population(
     name="plain",
-    levels=(0.0, 0.5, 1.2, 2.3),
+    levels=LEVELS,
     mean_sensation=(20.0, 35.0, 55.0, 75.0),
     sd_sensation=(8.0, 8.0, 10.0, 8.0),
     shared=0.5,
@@ -199,9 +166,7 @@ VARIATIONS = (
 
 def simulate(protocol, folder):
     """Simulate a small study of a protocol; return the folder of its data."""
-    levels = (0.5, 1.2, 2.3) if protocol in ABOVE_ZERO else (0.0, 0.5, 1.2, 2.3)
-    text = STUDY.format(levels=", ".join(map(str, levels)), protocol=protocol, keys=KEYS[protocol])
-    (folder / "study.toml").write_text(text, encoding="utf-8")
+    (folder / "study.toml").write_text(study_text(protocol), encoding="utf-8")
     plans = pilot_plans(
         str(folder / "study.toml"),
         participants=PEOPLE,
