@@ -12,6 +12,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Literal
 
+import numpy as np
+
 from slipscale.faults import UserError
 
 Decimal = Literal[".", ","]
@@ -49,12 +51,34 @@ def _certain(mark: str, other: str) -> re.Pattern[str]:
 
 CERTAIN: dict[Decimal, re.Pattern[str]] = {".": _certain(".", ","), ",": _certain(",", ".")}
 AMBIGUOUS = re.compile(r"[+-]?[1-9]\d{0,2}[.,]\d{3}")
-#: Point of a number in which it may separate thousands. The pattern begins with the point, so that
-#: other characters are skipped quickly.
-THOUSANDS_POINT = re.compile(
-    rb"\.(?=\d{3}(?![\d.]))"
-    rb"(?:(?<=(?<![\d.])[1-9]\.)|(?<=(?<![\d.])[1-9]\d\.)|(?<=(?<![\d.])[1-9]\d\d\.))"
-)
+#: Number of bytes in which points are searched at once, and of bytes to both sides of a point that
+#: decide what it separates.
+PART, REACH = 2**20, 5
+
+
+def has_thousands_point(text: bytes) -> bool:
+    """Return whether a point is between one to three digits and three digits, as in 1.080.
+
+    The first digit must not be 0. All bytes are compared at once, because a regular expression
+    would be tried at every point of the table.
+    """
+    padded = b" " * REACH + text + b" " * REACH
+    return any(
+        _points_apart(padded[begin : begin + PART + 2 * REACH])
+        for begin in range(0, len(text) if b"." in text else 0, PART)
+    )
+
+
+def _points_apart(text: bytes) -> bool:
+    """Return whether a point separates thousands, except in the first and last `REACH` bytes."""
+    found = np.frombuffer(text, np.uint8)
+    digit, point = found - ord("0") < 10, found == ord(".")  # noqa: PLR2004 - wraps below 0
+    inside = digit | point
+    three = digit[6:-4] & digit[7:-3] & digit[8:-2] & ~inside[9:-1]
+    at = REACH + np.flatnonzero(point[5:-5] & digit[4:-6] & three)
+    # The number before the point has one, two or three digits.
+    size = 1 + digit[at - 2] * (1 + digit[at - 3])
+    return bool((~inside[at - size - 1] & (found[at - size] != ord("0"))).any())
 
 
 def in_points(cell: str, decimal: Decimal) -> str:

@@ -16,16 +16,15 @@ from pathlib import Path
 import pandas as pd
 
 from slipscale.analysis.reading.dialect import decoded, separator_of
-from slipscale.analysis.reading.programs.records import framed, head_of, records
+from slipscale.analysis.reading.programs.records import framed, records
 from slipscale.faults import UserError
 
 #: Fields that every trial has.
 ALWAYS = ("trial_type", "trial_index", "time_elapsed")
 
 
-def recognises(content: bytes, path: Path) -> bool:
-    """Return whether a file was written by jsPsych."""
-    head = head_of(content, path)
+def recognises(head: str, path: Path) -> bool:
+    """Return whether a file with this beginning was written by jsPsych."""
     if head[:1] in "[{" and head:
         return path.suffix.lower() == ".json" or all(f'"{name}"' in head for name in ALWAYS)
     header = head.partition("\n")[0].replace('"', "").strip("\r")

@@ -13,6 +13,7 @@ from pathlib import Path
 import pandas as pd
 
 from slipscale.analysis.reading.programs import e_prime, jspsych, matlab, qualtrics
+from slipscale.analysis.reading.programs.records import head_of
 from slipscale.analysis.reading.programs.spreadsheets import read_excel, read_spss
 from slipscale.faults import UserError
 
@@ -44,18 +45,19 @@ class Program:
     ----------
     name : str
     recognises : callable
-        Function that returns whether the program wrote the file.
+        Function that returns whether the program wrote the file, whose beginning is the first
+        argument (see `head_of`).
     read : callable
         Function that returns the cells as text or, if the program stores numbers, as numbers, with
         line numbers in the column ``line``.
     """
 
     name: str
-    recognises: Callable[[bytes, Path], bool]
+    recognises: Callable[[str, Path], bool]
     read: Callable[[bytes, Path, Wanted], pd.DataFrame]
 
 
-def _with_suffix(*suffixes: str) -> Callable[[bytes, Path], bool]:
+def _with_suffix(*suffixes: str) -> Callable[[str, Path], bool]:
     return lambda _, path: path.suffix.lower() in suffixes
 
 
@@ -102,4 +104,5 @@ PROGRAMS = (
 
 def program_of(content: bytes, path: Path) -> Program | None:
     """Return the program that wrote a file, or None for an ordinary text table."""
-    return next((each for each in PROGRAMS if each.recognises(content, path)), None)
+    head = head_of(content, path)
+    return next((each for each in PROGRAMS if each.recognises(head, path)), None)
