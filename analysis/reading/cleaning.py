@@ -314,7 +314,7 @@ def tidied(names: pd.Series[Any]) -> pd.Series[Any]:
     # Missing cells have code -1, which selects the last entry.
     lookup = np.array([*(places.get(name, -1) for name in plain), -1])
     codes = pd.Categorical.from_codes(lookup[found], pd.Index(kept, dtype=str))
-    return pd.Series(codes, index=names.index)
+    return pd.Series(codes, index=names.index, name=names.name)
 
 
 def labels(frame: pd.DataFrame, column: str, missing: str) -> pd.Series[Any]:

@@ -31,12 +31,16 @@ from slipscale.analysis.reading.dialect import (
     in_points,
     separated,
 )
+from slipscale.analysis.reading.programs.compressed import unpacked
 from slipscale.analysis.reading.programs.records import as_text
-from slipscale.analysis.reading.programs.table import Wanted, program_of
+from slipscale.analysis.reading.programs.table import program_of
+from slipscale.analysis.reading.programs.wanted import Wanted
 from slipscale.analysis.reading.suspicions import check_labels
 from slipscale.analysis.reading.table_lines import Lines, complain, listed_lines, plain, split
 from slipscale.faults import UserError
 
+#: A number with a percent sign.
+PERCENT = r"[+-]?[\d.,]+\s*%"
 #: Codes that other programs use for missing identifiers. The BIDS code and blank cells always count
 #: as missing.
 NO_IDENTIFIER = tuple(name for name in NOT_AVAILABLE if name not in MISSING)
@@ -140,13 +144,18 @@ def open_table(
 ) -> Opened:
     """Read a file and check that it has the required columns; see `read_table`."""
     content, source = read_source(path, root if root and root.is_dir() else path.parent)
-    program = program_of(content, path)
+    content, inner = unpacked(content, path)
+    program = program_of(content, inner)
     if program is not None:
-        cells = program.read(content, path, Wanted(words=request.words, sheet=request.sheet))
+        columns = None if request.everything else {*request.words, *request.numbers}
+        wanted = Wanted(words=request.words, sheet=request.sheet, columns=columns)
+        cells = program.read(content, inner, wanted)
         cells = cells if request.header else _without_header(cells)
         check_names([str(name) for name in cells if name != "line"], path, request.required)
         return Opened(path=path, source=source, table=cells)
-    text, separator = separated(_as_utf_8(content, path, problems))
+    text, separator, above = separated(_as_utf_8(content, path, problems))
+    if above:
+        problems.add(f"{source.name}, {listed_lines(above)}: above the header; skipped")
     lines = split(text, path, separator, header=request.header)
     check_names(lines.names, path, request.required)
     for phrase in lines.left_out:
@@ -247,11 +256,10 @@ def _with_points(
     detection: next to 540, the text 1.080 is ambiguous.
     """
     # Columns with only TRUE and FALSE are skipped, because `cleaning.numbers` rejects their cells.
-    counts = {
-        column: frame[column].value_counts()
-        for column in numbers
-        if column in frame and frame[column].dtype in (object, "str")
-    }
+    texts = [c for c in numbers if c in frame and frame[c].dtype in (object, "str")]
+    for column in texts:
+        frame[column] = _without_percent(frame[column])
+    counts = {column: frame[column].value_counts() for column in texts}
     if decimal is None:
         decimal = decimal_of(
             {
@@ -270,6 +278,13 @@ def _with_points(
             for cell in cells.index
         }
         frame[column] = frame[column].map(written).astype("str")
+
+
+def _without_percent(cells: pd.Series[Any]) -> pd.Series[Any]:
+    """Remove the percent sign of all cells, if all numbers of a column have one."""
+    given = cells.dropna().astype("str").str.strip()
+    signed = given.str.fullmatch(PERCENT)
+    return cells if given.empty or not signed.all() else given.str[:-1].reindex(cells.index)
 
 
 def only_named(
@@ -292,7 +307,7 @@ def only_named(
         Whether each row's identifier is in quotation marks in the file. ``NA`` in quotation marks
         is treated as a name.
     """
-    tidy = tidied(frame[identifier])
+    tidy = _filled_down(tidied(frame[identifier]), name, problems)
     absent = tidy.cat.codes.to_numpy() < 0
     words = _are_no_identifier(tidy) & ~quoted
     if absent.any():
@@ -308,6 +323,22 @@ def only_named(
     kept = ~(absent | words)
     frame[identifier] = tidy
     return frame if kept.all() else frame[kept].reset_index(drop=True)
+
+
+def _filled_down(labels: pd.Series[Any], name: str, problems: Problems) -> pd.Series[Any]:
+    """Repeat labels that are only in the first row of each block, and report the number of rows."""
+    codes = labels.cat.codes.to_numpy()
+    at = np.flatnonzero(codes >= 0)
+    blank = len(codes) - len(at)
+    if not len(at) or at[0] or blank < len(at) or (np.diff(codes[at]) == 0).any():
+        return labels
+    problems.add(
+        f"{name}: {labels.name} is only in the first row of each block, so the {blank} rows below "
+        "are read as the same"
+    )
+    whole = np.repeat(codes[at], np.diff(at, append=len(codes)))
+    filled_codes = pd.Categorical.from_codes(whole, labels.cat.categories)
+    return pd.Series(filled_codes, index=labels.index, name=labels.name)
 
 
 def _are_no_identifier(names: pd.Series[Any]) -> NDArray[np.bool_]:

@@ -176,6 +176,7 @@ def _row_by_row(
     places: list[int] = []
     empty: list[int] = []
     repeated: list[int] = []
+    comments: list[int] = []
     trailing = 0
     for start, end, row in _rows(lines[:-1], separator, first, path):
         if not any(cell.strip() for cell in row):
@@ -185,6 +186,9 @@ def _row_by_row(
         trailing = 0
         if tuple(cell.strip() for cell in row) == names:
             repeated.append(start)
+            continue
+        if len(row) != len(names) and row[0].startswith("#"):
+            comments.append(start)
             continue
         if len(row) != len(names):
             raise UserError(
@@ -199,7 +203,11 @@ def _row_by_row(
     empty = empty[: len(empty) - trailing]
     notes = [
         f"{listed_lines(found)}: {what}; skipped"
-        for found, what in ((empty, "empty"), (repeated, "a repeated header"))
+        for found, what in (
+            (empty, "empty"),
+            (repeated, "a repeated header"),
+            (comments, "a comment"),
+        )
         if found
     ]
     return Lines(

@@ -38,7 +38,10 @@ BIDS_LABEL = re.compile(r"(?<![^_])(sub|ses|task|run)-([^_]+)")
 #: Label in file names, keyed by the field of `mapping.Columns` with the same meaning.
 IN_NAMES = {"participant": "sub", "session": "ses", "run": "run"}
 #: Endings of tables in a folder. Of several, the most frequent one is read, then the first.
-TABLES = (".csv", ".tsv", ".xlsx", ".sav", ".zsav", ".mat", ".json", ".txt", ".dat")
+TABLES = (
+    *(".csv", ".tsv", ".xlsx", ".sav", ".zsav", ".dta", ".mat", ".json", ".jsonl", ".ndjson"),
+    *(".txt", ".dat", ".gz"),
+)
 #: Folders of a data set that contain no tables to read.
 NO_TABLES = {"derivatives", "sourcedata", "code"}
 #: Proportion of the usual number of rows below which a file is reported as unfinished.
