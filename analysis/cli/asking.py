@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING
 from slipscale.faults import UserError, harmless
 
 if TYPE_CHECKING:
-    from slipscale.analysis.reading.foreign.proposal import Column, Proposal
+    from slipscale.analysis.reading.foreign.described_columns import Column
+    from slipscale.analysis.reading.foreign.proposal import Proposal
 
 #: Kinds of answers: text of the choice, and the options that name its columns.
 KINDS = (

@@ -17,9 +17,15 @@ from typing import Any
 import pandas as pd
 
 from slipscale.analysis.reading.answer_codes import are_usual
-from slipscale.analysis.reading.cells import cell, listed
+from slipscale.analysis.reading.cells import listed
 from slipscale.analysis.reading.cleaning import as_numbers
 from slipscale.analysis.reading.delimited import Problems
+from slipscale.analysis.reading.foreign.described_columns import (
+    NO_LEVELS,
+    Column,
+    describe,
+    levels_in,
+)
 from slipscale.analysis.reading.foreign.files import BIDS_TABLE, in_folder
 from slipscale.analysis.reading.foreign.presets import columns_of, preset_of
 from slipscale.analysis.reading.foreign.recognition import Given, layout_of
@@ -31,56 +37,12 @@ from slipscale.faults.folders import visible
 
 #: Columns of a table that need no options.
 OWN = (PARTICIPANT, "amplitude_um_pp", "estimate")
-#: Largest number of values that are listed, and of levels.
-LISTED, MOST_LEVELS = 8, 30
-#: Smallest number of levels.
-FEWEST_LEVELS = 3
 #: Largest number of conditions of a proposed factor, smallest proportion of their combinations with
 #: levels that occur, and names of columns that describe trials or answers.
 MOST_CONDITIONS, CROSSED = 6, 0.75
 NO_CONDITIONS = re.compile(r"(?i)key|resp|answer|correct|choice|side|order|block|session|run")
-#: Names of columns that count trials or contain times.
-NO_LEVELS = re.compile(
-    r"(?i)this(rep|trial)?n$|(^|[._ ])(rt|time|index|trial|block|run|session|age)|time$|_nr$"
-)
 #: Responses with so few different values are codes.
 CODES = 2
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Column:
-    """Description of a column.
-
-    Parameters
-    ----------
-    name : str
-    values : tuple of str
-        Its most frequent values, at most `LISTED`; numbers in ascending order.
-    distinct, missing : int
-        Number of different values, and of blank cells.
-    range : tuple of float or None
-        Smallest and largest number; None if the values are not numbers.
-    """
-
-    name: str
-    values: tuple[str, ...]
-    distinct: int
-    missing: int
-    range: tuple[float, float] | None
-
-    @property
-    def like_levels(self) -> bool:
-        """Whether the column could contain the levels."""
-        few = self.range is not None and FEWEST_LEVELS <= self.distinct <= MOST_LEVELS
-        return few and not NO_LEVELS.search(self.name)
-
-    def __str__(self) -> str:
-        """Return the description in one line."""
-        kind = "text" if self.range is None else f"{self.range[0]:g} to {self.range[1]:g}"
-        more = ", ..." if self.distinct > len(self.values) else ""
-        blank = f"; {self.missing} missing" if self.missing else ""
-        count = "1 value" if self.distinct == 1 else f"{self.distinct} values"
-        return f"{cell(self.name)}: {kind}, {count} ({', '.join(self.values)}{more}){blank}"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -245,26 +207,6 @@ def _like_a_cell(name: str, cells: pd.Series[Any]) -> bool:
     return bool((text.str.strip() == name.strip()).any())
 
 
-def describe(frame: pd.DataFrame) -> tuple[Column, ...]:
-    """Describe the columns that contain any value."""
-    return tuple(_column(str(name), frame[name]) for name in frame if frame[name].notna().any())
-
-
-def _column(name: str, cells: pd.Series[Any]) -> Column:
-    text, numbers = as_numbers(cells)
-    text = text.dropna()
-    whole = bool(len(text)) and bool(numbers[text.index].notna().all())
-    counts = (numbers if whole else text).value_counts()
-    shown = sorted(counts.index[:LISTED]) if whole else counts.index[:LISTED]
-    return Column(
-        name=name,
-        values=tuple(f"{value:g}" if whole else cell(value) for value in shown),
-        distinct=len(counts),
-        missing=len(cells) - len(text),
-        range=(float(numbers.min()), float(numbers.max())) if whole else None,
-    )
-
-
 def propose(frame: pd.DataFrame, paths: Sequence[Path], tables: Sequence[Path]) -> Proposal:
     """Propose options for a table, or for several with the same columns."""
     columns = describe(frame)
@@ -286,8 +228,9 @@ def propose(frame: pd.DataFrame, paths: Sequence[Path], tables: Sequence[Path]) 
         given |= layout
     else:
         used = {*people[:1], *(name for found in likely.values() for name in found)}
-        levels = [column for column in columns if column.like_levels and column.name not in used]
-        given["stimulus"] = _one("stimulus", levels, questions)
+        free = [column for column in columns if column.name not in used]
+        levels, certain = levels_in(frame, people, free)
+        given["stimulus"] = _one("stimulus", levels, questions, certain=certain)
         used |= {str(given["stimulus"])}
         others = [column for column in columns if column.name not in used]
         named = {name: [c for c in found if c not in people] for name, found in likely.items()}
@@ -366,8 +309,12 @@ def coded_answer(columns: Sequence[Column], given: Mapping[str, object]) -> Colu
     return None if found is None or are_usual(found.values) else found
 
 
-def _one(option: str, found: Sequence[Column], questions: list[Question]) -> str:
-    """Return the only candidate; for several or none, ask."""
-    if len(found) != 1:
+def _one(
+    option: str, found: Sequence[Column], questions: list[Question], *, certain: bool = True
+) -> str:
+    """Return the only candidate; if it is not certain, or for several or none, ask."""
+    if len(found) != 1 or not certain:
         questions.append(Question(option=option, candidates=tuple(found)))
+    if option == "stimulus" and not certain:
+        return "LEVEL"
     return found[0].name if found else "LEVEL" if option == "stimulus" else "COLUMN"
