@@ -98,6 +98,11 @@ GROUPS: dict[str, dict[str, tuple[str, str, str]]] = {
         ),
     },
     "Rig and laboratory": {
+        "setup": (
+            "slipscale.experiments.cli.setup",
+            "install what sessions require, without 1 GB that PsychoPy brings and nobody uses",
+            "slipscale setup session",
+        ),
         "plate": (
             "slipscale.experiments.cli.plate",
             "the plate: list, new, sign, calibrate, watch, emulate, conform, design",
@@ -121,7 +126,7 @@ GROUPS: dict[str, dict[str, tuple[str, str, str]]] = {
     },
 }
 COMMANDS = {name: row for group in GROUPS.values() for name, row in group.items()}
-WITH_SUBCOMMANDS = ("data", "lab", "plate", "study")
+WITH_SUBCOMMANDS = ("data", "lab", "plate", "setup", "study")
 
 
 def usage() -> str:

@@ -71,6 +71,7 @@ NEEDS = (
     Need("export", ("numpyro", "jax"), "bayesian"),
     Need("export", ("docx",), "forms", "word"),
     Need("export", ("weasyprint",), "forms", "pdf"),
+    Need("export", ("pyreadstat",), "forms", "spss"),
     Need("power", ("distributed",), "scheduler"),
     Need("run", ("psychopy",)),
     Need("check", ("psychopy", "sounddevice")),

@@ -12,7 +12,7 @@ from tools import setup
 PYPROJECT = tomllib.loads((setup.ROOT / "pyproject.toml").read_text(encoding="utf-8"))
 LEFT_OUT = set(PYPROJECT["tool"]["uv"]["exclude-dependencies"])
 TOOLS = {
-    re.split("[>=;]", each)[0]
+    re.split("[<>=;]", each)[0]
     for each in PYPROJECT["dependency-groups"]["dev"]
     if not each.startswith(("distributed", "questplus"))  # also the analysis' and PsychoPy's
 }
@@ -58,7 +58,7 @@ def test_the_pins_hold_what_their_extras_declare(name):
     declared = PYPROJECT["project"]["dependencies"] + [
         requirement for extra in chosen for requirement in extras[extra]
     ]
-    assert {re.split("[>=;]", each)[0] for each in declared} <= {pin[0] for pin in pinned(name)}
+    assert {re.split("[<>=;]", each)[0] for each in declared} <= {pin[0] for pin in pinned(name)}
 
 
 @pytest.fixture
