@@ -147,7 +147,7 @@ class Stage:
         """Upload a table, and wait for its description."""
         content = base64.b64encode(table.encode()).decode()
         sent = {"name": "outcomes.csv", "content": content}
-        self.do("upload", "#choices form", "table", table=sent)
+        self.do("upload", "#choices form", "table", tables=[sent])
 
     def describe(self, choices: dict[str, Any], until: str) -> None:
         """Describe the uploaded table with some choices."""

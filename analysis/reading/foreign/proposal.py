@@ -10,7 +10,7 @@ import re
 import shlex
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -30,6 +30,7 @@ from slipscale.analysis.reading.foreign.files import BIDS_TABLE, in_folder
 from slipscale.analysis.reading.foreign.presets import columns_of, preset_of
 from slipscale.analysis.reading.foreign.recognition import Given, layout_of
 from slipscale.analysis.reading.meaning.mapping import beside
+from slipscale.analysis.reading.programs.wanted import SeveralTables
 from slipscale.analysis.reading.table_by_hand import Request, read_table
 from slipscale.experiments.dataset.schema import PARTICIPANT
 from slipscale.faults import UserError
@@ -63,14 +64,15 @@ class Question:
     def __str__(self) -> str:
         """Return the question in one sentence, with the candidates and their values."""
         text = QUESTIONS[self.option]
-        if self.option == RESULTS:
+        if self.option in (RESULTS, SHEET):
             return text
         shown = listed(f"{column.name} ({', '.join(column.values)})" for column in self.candidates)
         return f"{text} {shown or 'No column looks like it'}."
 
 
-RESULTS = "results"
+RESULTS, SHEET = "results", "sheet"
 QUESTIONS = {
+    SHEET: "Which sheet contains the data (--sheet)? The first one is described.",
     "stimulus": "Which column contains the levels (--stimulus)?",
     "answer": "Which column contains the answers (--answer)?",
     "response": "Which column contains the answers (--response)?",
@@ -99,6 +101,8 @@ class Proposal:
     frame : DataFrame
         The cells of the first table.
     columns : tuple of Column
+    sheets : tuple of str
+        Sheets of the workbook, if there are several; one of them is described.
     given : Mapping
         Proposed options, as keywords, with names in capital letters for what is unknown.
     questions : tuple of Question
@@ -110,6 +114,7 @@ class Proposal:
     program: str
     frame: pd.DataFrame
     columns: tuple[Column, ...]
+    sheets: tuple[str, ...]
     given: Mapping[str, object]
     questions: tuple[Question, ...]
 
@@ -123,6 +128,7 @@ class Proposal:
         """Return the description and the questions, one per line."""
         many = f", the first of {len(self.tables)} tables" if len(self.tables) > 1 else ""
         by = f", {self.program}" if self.program else ""
+        by += f", sheet {self.given[SHEET]} of {listed(self.sheets)}" if self.sheets else ""
         head = f"{self.tables[0].name}{many}: {len(self.frame)} rows{by}"
         return "\n".join(
             [head, *(f"  {column}" for column in self.columns), *map(str, self.questions)]
@@ -160,14 +166,17 @@ def as_options(given: Mapping[str, object]) -> list[str]:
     return words
 
 
-def proposal_for(paths: Sequence[Path]) -> Proposal | None:
+def proposal_for(paths: Sequence[Path], sheet: str | None = None) -> Proposal | None:
     """Describe the first of several tables; return None if the data need no options."""
-    found = None if beside(paths[0]) is not None else described(paths)
+    found = None if beside(paths[0]) is not None else described(paths, sheet)
     return None if found is None or set(OWN) <= set(found.frame.columns) else found
 
 
-def described(paths: Sequence[Path]) -> Proposal | None:
-    """Describe the first of several tables; return None if there is no table."""
+def described(paths: Sequence[Path], sheet: str | None = None) -> Proposal | None:
+    """Describe the first of several tables; return None if there is no table.
+
+    Of several sheets, the stated or the first one is described.
+    """
     tables = [path for path in paths if path.is_file()]
     for path in paths:
         if not path.is_dir():
@@ -177,14 +186,27 @@ def described(paths: Sequence[Path]) -> Proposal | None:
             tables += [each for each in of_bids if BIDS_TABLE.fullmatch(each.name)]
         elif any(visible(path, "**/*.*")):
             tables += in_folder(path, Problems())
-    return propose(_cells(tables[0]), paths, tables) if tables else None
+    if not tables:
+        return None
+    sheets: tuple[str, ...] = ()
+    try:
+        frame = _cells(tables[0], None)
+    except SeveralTables as several:
+        sheets = several.names
+        frame = _cells(tables[0], sheet or sheets[0])
+    found = propose(frame, paths, tables)
+    if not sheets:
+        return found
+    asked = () if sheet else (Question(option=SHEET, candidates=()),)
+    given = {SHEET: sheet or sheets[0], **found.given}
+    return replace(found, sheets=sheets, given=given, questions=(*asked, *found.questions))
 
 
-def _cells(path: Path) -> pd.DataFrame:
+def _cells(path: Path, sheet: str | None) -> pd.DataFrame:
     """Return all cells of a table; a first line like the other lines is no header."""
 
     def read(*, header: bool) -> pd.DataFrame:
-        request = Request(everything=True, header=header)
+        request = Request(everything=True, header=header, sheet=sheet)
         return read_table(path, request, Problems())[0].drop(columns=["file", "line"])
 
     try:
@@ -249,6 +271,7 @@ def propose(frame: pd.DataFrame, paths: Sequence[Path], tables: Sequence[Path]) 
         program=preset.name,
         frame=frame,
         columns=columns,
+        sheets=(),
         given=given,
         questions=tuple(questions),
     )
