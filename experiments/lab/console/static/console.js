@@ -7,6 +7,7 @@ const sure = document.getElementById("sure");
 const title = document.title;
 const PAUSE_MS = 400; // typed text is checked after a pause of this length
 const FOCUSABLE = "button, a, select, input:not([type=hidden])";
+const MOST_UNDONE = 20; // changes of a study
 const AGAIN_MS = 2000; // the browser does not retry a rejected stream
 let state = document.getElementById("state").dataset.state;
 
@@ -24,6 +25,10 @@ async function request(path, fields) {
   const told = answer ? await answer.json().catch(() => ({ said: "?" })) : { said: document.body.dataset.lost };
   return { good: Boolean(answer && answer.ok), ...told };
 }
+
+// What an action said before it led to this page.
+say(sessionStorage.getItem("slipscale-said") || "");
+sessionStorage.removeItem("slipscale-said");
 
 const post = (action, fields) => request(`/do/${action}`, fields);
 
@@ -231,6 +236,10 @@ if (study) {
   const tabs = [...study.querySelectorAll("[role=tab]")];
   const { template } = study.dataset;
   const timers = new Map(); // of what is typed into, until nobody types
+  const undo = document.getElementById("study-undo");
+  const kept = `slipscale-undo:${template || study.dataset.name}`;
+  const before = JSON.parse(sessionStorage.getItem(kept) || "[]"); // earlier texts, the last one last
+  let last = text.value; // the text of the last change
   let wrong = new Set();
   let queue = Promise.resolve();
 
@@ -249,12 +258,27 @@ if (study) {
     if (!answer.good) return say(answer.said, true);
     if (text.value !== judged) return change ? send(change) : undefined; // typed on meanwhile
     if (change) { text.value = answer.text; say(""); }
+    remember();
     wrong = new Set(answer.faults.map(([line]) => line));
     faults.textContent = answer.faults.map(([, sentence]) => sentence).join("\n");
     renew(answer.html);
     number();
     later();
   };
+  const remember = (undone = false) => {
+    if (!undone && text.value !== last) before.push(last);
+    before.splice(0, before.length - MOST_UNDONE);
+    last = text.value;
+    if (undo) undo.disabled = !before.length;
+    sessionStorage.setItem(kept, JSON.stringify(before));
+  };
+  undo?.addEventListener("click", async () => {
+    await queue;
+    if (!before.length) return;
+    text.value = last = before.pop();
+    remember(true);
+    edit();
+  });
   const edit = (change = null) => { queue = queue.then(() => send(change)); return queue; };
   const later = async () => {
     const judged = text.value;
@@ -347,17 +371,20 @@ if (study) {
       await Promise.all([...timers.keys()].filter((id) => id !== text.id).map((id) => set(document.getElementById(id))));
       await queue;
       const action = button.dataset.study;
-      const more = action === "copy" ? { name: study.elements.name.value } : { before: study.dataset.before };
+      const more = action === "copy" ? { name: study.elements.name.value, template } : { before: study.dataset.before };
       const { good, said: sentence } = await post(action, { text: text.value, ...more });
       faults.textContent = good ? "" : sentence;
-      say(good ? sentence : "");
-      if (good) text.defaultValue = text.value; // nothing is unsaved
-      if (good && action === "save") location.reload();
+      say(sentence, !good);
+      if (!good) return;
+      text.defaultValue = text.value; // nothing is unsaved
+      sessionStorage.setItem("slipscale-said", sentence);
+      location.assign("/study"); // a copy is the study in use
     });
   }
   addEventListener("beforeunload", (event) => { if (text.value !== text.defaultValue) event.preventDefault(); });
   text.addEventListener("scroll", () => { lines.scrollTop = text.scrollTop; });
   study.addEventListener("submit", (event) => event.preventDefault());
+  remember();
   number();
   later();
 }

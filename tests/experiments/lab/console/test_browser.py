@@ -214,10 +214,38 @@ def test_a_study_is_written_in_the_form_with_keyboard_and_mouse(page, tmp_path):
         expect(page.locator("#study-faults")).to_be_empty()
         page.get_by_label("Name of the copy").fill("own")
         page.get_by_role("button", name="Save as a copy").press("Enter")
-        page.get_by_text("select it on the Settings page").wait_for()
+        page.get_by_text("which this folder now uses").wait_for()
+        expect(page.get_by_role("heading", level=1)).to_have_text("own")
+        assert page.locator("#said").bounding_box()["y"] >= 0
+        page.evaluate("scrollTo(0, document.body.scrollHeight)")
+        assert page.locator("#said").bounding_box()["y"] >= 0  # whatever is in view
     study = read_study(str(tmp_path / "own.toml"))[0]
     assert (study.name, study.participants) == ("own", 5)
     assert [task.protocol for task in study.tasks] == ["matching", "magnitude_estimation"]
+    assert read_lab(tmp_path).study == "own.toml"
+    assert page.complaints == []
+
+
+def test_the_last_changes_of_a_study_are_undone_one_by_one(page, tmp_path):
+    init(tmp_path, {"study": "matching"}, None)
+    expect = sync_api.expect
+    with console(tmp_path) as (_, address):
+        page.goto(address)
+        page.get_by_role("link", name="Study", exact=True).press("Enter")
+        people, text = (
+            page.get_by_label("participants", exact=False).first,
+            page.locator("textarea#study-text"),
+        )
+        first = people.input_value()
+        undo = page.get_by_role("button", name="Undo the last change")
+        expect(undo).to_be_disabled()
+        for count in ("6", "7"):
+            people.fill(count)
+            expect(text).to_have_value(re.compile(f"participants = {count}"))
+        for count in ("6", first):
+            undo.press("Enter")
+            expect(people).to_have_value(count)
+        expect(undo).to_be_disabled()
     assert page.complaints == []
 
 
@@ -472,7 +500,7 @@ def a_study_is_written_in_the_form(page):
     page.locator("#study-timeline").get_by_text("3 trials").first.wait_for()
     page.get_by_label("Name of the copy").fill("day")
     page.get_by_role("button", name="Save as a copy").click()
-    page.get_by_text("select it on the Settings page").wait_for()
+    page.get_by_text("which this folder now uses").wait_for()
 
 
 def an_emulated_board_is_calibrated(page, lab):
