@@ -20,6 +20,7 @@ from slipscale.experiments.lab.console.actions.forms import (
     text_hash,
     unused,
 )
+from slipscale.experiments.lab.console.own_text import with_texts
 from slipscale.experiments.lab.console.state import PLANNING, Snapshot, frozen_plans
 from slipscale.experiments.lab.console.study_changes import Change, changed
 from slipscale.experiments.lab.folder import FILE, LabFile, lab_text, read_lab, write_settings
@@ -96,6 +97,14 @@ class Study(Form):
     """New content of a study file, and a digest of the content that the page showed."""
 
     text: Annotated[str, Field(max_length=LARGEST_STUDY)]
+    before: Digest
+
+
+class OwnText(Form):
+    """Change one text of the study in each language; see `with_texts`."""
+
+    key: Annotated[str, Field(max_length=200)]
+    texts: dict[Annotated[str, Field(max_length=40)], Annotated[str, Field(max_length=20_000)]]
     before: Digest
 
 
@@ -176,6 +185,12 @@ def _save(desk: Desk, request: Study) -> str:
     return Message("saved: {path_name}", path_name=path.name)
 
 
+def _own_text(desk: Desk, request: OwnText) -> str:
+    path = _study_file(desk.state.now(fresh=True))
+    text = with_texts(study_text(str(path)), request.key, request.texts)
+    return _save(desk, Study(text=text, before=request.before))
+
+
 def _study_file(found: Snapshot) -> Path:
     """Return the path of the study file; raise `UserError` if it may not be edited."""
     if why := found.problem if found.defaults.file is None else why_not_edited(found):
@@ -225,5 +240,6 @@ ACTIONS: Actions = {
     "freeze": (Freeze, _freeze),
     "pilot": (Pilot, _pilot),
     "save": (Study, _save),
+    "text": (OwnText, _own_text),
     "copy": (Copy, _copy),
 }

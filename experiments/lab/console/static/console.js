@@ -85,6 +85,15 @@ document.addEventListener("click", async (event) => {
   if (more) await ask(button.dataset.do, { ...JSON.parse(button.dataset.fields), ...more });
 });
 
+// A text on a picture of a screen leads to its form.
+document.addEventListener("click", (event) => {
+  const text = event.target.closest("[data-text]");
+  const link = text && text.closest("figure").querySelector(`a[href*="key=${CSS.escape(text.dataset.text)}&"]`);
+  if (!link) return;
+  event.preventDefault();
+  location.assign(link.href);
+});
+
 // What a filter or slider chooses is a part of the address, so that every renewal keeps it.
 let choosing = 0;
 document.addEventListener("input", ({ target }) => {
@@ -99,6 +108,11 @@ document.addEventListener("input", ({ target }) => {
     refresh();
   }, PAUSE_MS / 2);
 });
+
+// Somebody may type before this script runs.
+for (const input of document.querySelectorAll("[data-filter] textarea")) {
+  if (input.value !== input.defaultValue) input.dispatchEvent(new Event("input", { bubbles: true }));
+}
 
 // A file's content is its text in base64.
 function contentOf(file) {
@@ -121,7 +135,7 @@ document.addEventListener("submit", async (event) => {
   const form = event.target.closest("[data-form]");
   if (!form) return;
   event.preventDefault();
-  const inputs = [...form.elements].filter((input) => input.name);
+  const inputs = [...form.elements].filter((input) => input.name && !("skip" in input.dataset));
   const large = inputs.find((input) => input.files?.[0]?.size > Number(input.dataset.most));
   if (large) return say(large.dataset.tooLarge, true);
   const fields = {};
@@ -133,7 +147,10 @@ document.addEventListener("submit", async (event) => {
   if ("once" in form.dataset) form.reset();
   if (!form.dataset.more) {
     const good = await ask(event.submitter?.value || form.dataset.form, fields);
-    if (good && form.dataset.to) location.assign(form.dataset.to);
+    if (good && form.dataset.to) {
+      sessionStorage.setItem("slipscale-said", said.textContent);
+      location.assign(form.dataset.to);
+    }
     return;
   }
   const { good, said: sentence } = await post(form.dataset.form, { [form.id]: fields, ...JSON.parse(form.dataset.more) });
@@ -163,6 +180,7 @@ async function refresh() {
   if (fresh.body.dataset.console !== document.body.dataset.console) return location.reload();
   for (const part of document.querySelectorAll("[data-live]")) {
     const other = fresh.getElementById(part.id);
+    for (const each of part.querySelectorAll("details[open]")) fresh.getElementById(each.id)?.setAttribute("open", "");
     if (!other || other.outerHTML === part.outerHTML) continue;
     const focused = part.contains(document.activeElement) ? document.activeElement : null;
     // Do not replace an input in which somebody is typing.
