@@ -48,6 +48,7 @@ SCENES: dict[str, tuple[Callable[[Stage], object], str, str]] = {
     "study-template": (nothing, "study?from=matching", ""),
     "screens": (nothing, "screens", ""),
     "screens-french": (nothing, "screens?screens=fr&size=1280x1024", ".screens a"),
+    "screens-text": (nothing, "screens?key=session.welcome&en=Hello+%7Bname%7D", ""),
     "settings": (nothing, "settings", ""),
     "data-blind": (nothing, "data", ""),
     "pilot": (nothing, "pilot", ""),
