@@ -43,7 +43,7 @@ from slipscale.analysis.reading.meaning.keywords import mapping_of
 from slipscale.analysis.reading.meaning.mapping import NAME, TableMapping, beside
 from slipscale.analysis.reading.own_results import refuse_results
 from slipscale.analysis.reading.suspicions import check_levels, notes_on_answers
-from slipscale.analysis.reading.table_by_hand import read_table
+from slipscale.analysis.reading.table_by_hand import Request, read_table
 from slipscale.analysis.reading.trial_tables import BLOCK, ESTIMATION, IDENTITY, factor_columns
 from slipscale.analysis.tasks.outside.guard import installed_kinds
 from slipscale.analysis.tasks.table import TRIALS
@@ -312,16 +312,15 @@ def _load_table(path: Path, mapping: TableMapping) -> Dataset:
     ours = {PLATE_AMPLITUDE.named(name): name for name in ESTIMATION.required}
     figures = (*ours, *ESTIMATION_NUMBERS)
     words = (*IDENTITY, *ESTIMATION.words, BLOCK, RULE)
-    frame, source = read_table(
-        path,
+    request = Request(
         required=(PARTICIPANT, *ours, *cells.only),
         numbers=figures,
         words=(*words, *(column for column in cells.only if column not in (*figures, *words))),
         identifier=PARTICIPANT,
-        problems=problems,
         decimal=cells.decimal,
         sheet=cells.sheet,
     )
+    frame, source = read_table(path, request, problems)
     frame = chosen(frame, cells.only, path).rename(columns=ours)
     _refuse_another_unit(frame, path)
     answers_read = clean_estimates(in_order(frame, problems), [source], problems)

@@ -12,6 +12,8 @@ from functools import partial, wraps
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ParamSpec, TypeVar
 
+from slipscale.figure_style.paper import current
+
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
@@ -61,6 +63,12 @@ FORMATS: dict[str, dict[str, str | None]] = {
 }
 
 
+def settings() -> dict[Any, Any]:
+    """Return Matplotlib's settings for a screen, or for the paper that figures are drawn for."""
+    paper = current()
+    return STYLE if paper is None else STYLE | paper.settings
+
+
 def styled(draw: Callable[P, R]) -> Callable[P, R]:
     """Decorate a plotting function so that Slipscale's style replaces the user's settings.
 
@@ -74,8 +82,10 @@ def styled(draw: Callable[P, R]) -> Callable[P, R]:
 
         # The Matplotlib backend is not set, because setting it would import pyplot.
         defaults = {key: value for key, value in mpl.rcParamsDefault.items() if key != "backend"}
-        with mpl.rc_context(defaults | STYLE):
+        with mpl.rc_context(defaults | settings()):
             made = draw(*args, **kwargs)
+            if isinstance(made, Figure) and (paper := current()):
+                paper.fit(made)
         if isinstance(made, Figure):
             made._repr_svg_ = partial(svg, made)  # type: ignore[attr-defined]
         return made
@@ -93,13 +103,14 @@ def canvas(
     rows, columns : int
         Numbers of panels.
     size : tuple of 2 floats
-        Width and height in inches.
+        Width and height on a screen in inches; see `slipscale.figure_style.paper` for papers.
     **grid
         Passed to ``Figure.subplots``.
     """
     from matplotlib.figure import Figure
 
-    figure = Figure(figsize=size, layout="constrained")
+    paper = current()
+    figure = Figure(figsize=paper.size(*size) if paper else size, layout="constrained")
     return figure, figure.subplots(rows, columns, **grid)
 
 
@@ -130,8 +141,10 @@ def lay_out(figure: Figure) -> None:
     import matplotlib as mpl
 
     if (engine := figure.get_layout_engine()) is not None:
-        with mpl.rc_context(STYLE):
+        with mpl.rc_context(settings()):
             engine.execute(figure)
+            if current():  # margins follow the size of the axes
+                engine.execute(figure)
         figure.set_layout_engine("none")
 
 
@@ -145,7 +158,7 @@ def svg(figure: Figure, *, salt: str = "") -> str:
 
     stream = io.StringIO()
     lay_out(figure)
-    with mpl.rc_context(STYLE | {"svg.hashsalt": f"slipscale {salt}", "svg.id": salt or None}):
+    with mpl.rc_context(settings() | {"svg.hashsalt": f"slipscale {salt}", "svg.id": salt or None}):
         # `savefig` would draw the figure again to compute the layout, which is already fixed.
         backend: Any = FigureCanvasSVG(figure)
         backend.print_svg(stream, metadata=FORMATS[".svg"])
@@ -177,7 +190,7 @@ def save(figure: Figure, path: Path, suffixes: tuple[str, ...] = ()) -> list[Pat
 
     paths = [path.with_suffix(suffix) for suffix in suffixes] or [path]
     lay_out(figure)
-    with mpl.rc_context(STYLE):
+    with mpl.rc_context(settings()):
         for each in paths:
             # `savefig` would draw the figure again to compute the layout, which is already fixed.
             figure.set_dpi(mpl.rcParams["savefig.dpi"])

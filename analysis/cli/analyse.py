@@ -16,6 +16,7 @@ from slipscale.analysis.cli.mapping_arguments import add_mapping, mapping_from, 
 from slipscale.analysis.cli.progress_line import add_steps, telling
 from slipscale.experiments.lab.defaults import dataset_default, here, say
 from slipscale.faults import ANSWER_IS_NO, DONE, UserError, harmless
+from slipscale.figure_style.paper import STYLES, paper_style
 
 if TYPE_CHECKING:
     from slipscale.analysis.preregistration.bundle import Bundle
@@ -51,6 +52,18 @@ def add_analyse(parser: ArgumentParser) -> None:
         default=(),
         metavar="FORMAT",
         help="figure formats in addition to svg: png, pdf or both (default: svg, and fig15.png)",
+    )
+    parser.add_argument(
+        "--width",
+        metavar="WIDTH",
+        help="also write figures for a paper to the folder figures of the results: SVG, PDF and "
+        "PNG (600 dpi) with this width, such as 8.9cm or 3.5in, and text of 7 to 9 pt",
+    )
+    parser.add_argument(
+        "--style",
+        choices=STYLES,
+        help="also write figures for a paper in the style ieee (8.9 cm wide) or apa (8.25 cm wide, "
+        "without grid lines); --width replaces the width",
     )
     parser.add_argument(
         "--plan",
@@ -189,6 +202,7 @@ def _run(args: Namespace) -> int:
 
     say(here())
     bundle = read_bundle(args.plan) if args.plan else None
+    paper = paper_style(args.width, args.style)
     with telling(lines=args.steps) as progress:
         analysis = analysed(args, progress)
         if bundle is not None:
@@ -200,9 +214,9 @@ def _run(args: Namespace) -> int:
         if args.task and not args.out:
             out /= f"task-{args.task}"
         # Imported late, because importing Matplotlib takes a second.
-        from slipscale.analysis.reporting.files import write_analysis
+        from slipscale.analysis.reporting.files import FOR_PAPER, write_analysis
 
-        report = write_analysis(analysis, out, progress, formats=args.figures)
+        report = write_analysis(analysis, out, progress, formats=args.figures, paper=paper)
     for sentence in analysis.problems:
         print(harmless(f"note: {sentence}"), file=sys.stderr)
     if args.json:
@@ -216,6 +230,8 @@ def _run(args: Namespace) -> int:
         # Table III is the main result of magnitude estimation.
         print_answers(analysis, outside_only=analysis.prepared is not None)
         print(f"report: {report}")
+        if paper is not None:
+            print(f"figures for a paper: {report.parent / FOR_PAPER}")
     return tell_plan(analysis) or (ANSWER_IS_NO if data.left_out else DONE)
 
 

@@ -26,9 +26,12 @@ from slipscale.analysis.writing.axes import with_tips
 from slipscale.analysis.writing.csv_file import write_csv
 from slipscale.analysis.writing.output_folder import make_folder
 from slipscale.faults import UserError
+from slipscale.figure_style.paper import PaperStyle, drawn_for
 
 #: Figure that is also written as PNG in every analysis, for slides and messages.
 MAIN_PICTURE = "fig15.png"
+#: Folder of the figures for a paper.
+FOR_PAPER = "figures"
 XML = '<?xml version="1.0" encoding="utf-8"?>\n'
 SOFTWARE = ("slipscale", "numpy", "scipy", "pandas", "statsmodels", "pingouin", "matplotlib")
 
@@ -39,6 +42,7 @@ def write_analysis(
     progress: Callable[[str], None] | None = None,
     *,
     formats: Collection[str] = (),
+    paper: PaperStyle | None = None,
 ) -> Path:
     """Write tables, figures and the report into a folder, and return the path of the report.
 
@@ -48,6 +52,9 @@ def write_analysis(
         Function called with a short description of the next step.
     formats : collection of str
         Figure formats in addition to SVG: ``"png"``, ``"pdf"``.
+    paper : PaperStyle, optional
+        Style of further figures for a paper, which are written to the folder `FOR_PAPER` in all
+        formats.
 
     Raises
     ------
@@ -75,17 +82,12 @@ def write_analysis(
             _write(out / "friction.json", json_form.text(analysis.friction))
         tell("drawing figures")
         drawn = draw(analysis)
-        svgs = {
-            name: with_tips(figure_style.svg(figure, salt=name)) for name, figure in drawn.items()
-        }
-        for name, figure in drawn.items():
-            _write(out / f"{name}.svg", f"{XML}{svgs[name]}\n")
-            for each in ("png", "pdf"):
-                path = out / f"{name}.{each}"
-                if each in formats or path.name == MAIN_PICTURE:
-                    figure_style.save(figure, path)
-                else:  # possibly left by an analysis of other data
-                    path.unlink(missing_ok=True)
+        svgs = _write_figures(drawn, out, formats)
+        if paper is not None:
+            tell("drawing figures for the paper")
+            make_folder(out / FOR_PAPER)
+            with drawn_for(paper):
+                _write_figures(draw(analysis), out / FOR_PAPER, ("png", "pdf"))
         tell("writing the report")
         report = out / "report.html"
         _write(report, page.render(analysis, svgs, versions))
@@ -96,6 +98,22 @@ def write_analysis(
             reason=error.strerror or error,
         ) from error
     return report
+
+
+def _write_figures(
+    drawn: Mapping[str, Figure], out: Path, formats: Collection[str]
+) -> dict[str, str]:
+    """Write figures, and return them as SVG elements keyed by name."""
+    svgs = {name: with_tips(figure_style.svg(figure, salt=name)) for name, figure in drawn.items()}
+    for name, figure in drawn.items():
+        _write(out / f"{name}.svg", f"{XML}{svgs[name]}\n")
+        for each in ("png", "pdf"):
+            path = out / f"{name}.{each}"
+            if each in formats or path.name == MAIN_PICTURE:
+                figure_style.save(figure, path)
+            else:  # possibly left by an analysis of other data
+                path.unlink(missing_ok=True)
+    return svgs
 
 
 def _write(path: Path, text: str) -> None:

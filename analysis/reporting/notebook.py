@@ -16,6 +16,7 @@ from slipscale.analysis.reporting.page import conclusions
 from slipscale.analysis.reporting.tables import tables
 from slipscale.analysis.tasks.kind import Analysis
 from slipscale.faults import UserError
+from slipscale.figure_style.paper import drawn_for, paper_style
 
 #: No colours are set, so that light and dark themes both work. Figures have a white background.
 PAGE = Markup(
@@ -48,15 +49,25 @@ class DisplayedAnalysis(Analysis):
         """The result tables, as in the CSV files, keyed by name."""
         return tables(self)
 
-    def plot(self, name: str | None = None) -> Figure:
+    def plot(
+        self, name: str | None = None, *, width: str | None = None, style: str | None = None
+    ) -> Figure:
         """Return a figure, by default the first one.
+
+        Parameters
+        ----------
+        name : str, optional
+        width, style : str, optional
+            Width such as ``"8.9cm"``, and style ``"ieee"`` or ``"apa"``, of a figure for a paper.
+            To save such a figure, use `save`, which keeps its text as text.
 
         Raises
         ------
         UserError
-            If there is no figure with this name.
+            If there is no figure with this name, or no such width or style.
         """
-        figures = draw(self)
+        with drawn_for(paper_style(width, style)):
+            figures = draw(self)
         if name is None and figures:
             return next(iter(figures.values()))
         if name not in figures:
@@ -67,15 +78,25 @@ class DisplayedAnalysis(Analysis):
             )
         return figures[name]
 
-    def save(self, folder: str | Path, formats: Collection[str] = ()) -> Path:
+    def save(
+        self,
+        folder: str | Path,
+        formats: Collection[str] = (),
+        *,
+        width: str | None = None,
+        style: str | None = None,
+    ) -> Path:
         """Write tables, figures and the report into a folder, and return the report's path.
 
         Parameters
         ----------
         formats : collection of str
             Figure formats in addition to SVG: ``"png"``, ``"pdf"``.
+        width, style : str, optional
+            Also write figures for a paper, in the folder ``figures``; see `plot`.
         """
-        return write_analysis(self, Path(folder), formats=formats)
+        paper = paper_style(width, style)
+        return write_analysis(self, Path(folder), formats=formats, paper=paper)
 
     def __repr__(self) -> str:
         """Summarise the analysis in a few lines of text."""

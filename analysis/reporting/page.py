@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 
 import pandas as pd
 
@@ -84,9 +84,12 @@ def sections(
 ) -> list[html.ReportSection]:
     """Return the page's sections in reading order, omitting empty sections."""
     of_kinds = [each for kind in analysis.kinds for each in kind.sections(analysis, svgs)]
-    stated = {*answers(analysis), *(text for section in of_kinds for text in section.gist)}
+    lead = [] if analysis.prepared is not None else _first_figure(of_kinds)
+    # A section without blocks is not shown.
+    stated = {text for section in of_kinds if section.blocks for text in section.gist}
+    stated.update(answers(analysis))
     found = [
-        summary(analysis, svgs),
+        summary(analysis, svgs, lead),
         plan(analysis),
         results(analysis, stated),
         *of_kinds,
@@ -99,6 +102,16 @@ def sections(
     for section in found:
         section.gist = list(map(_unbroken, section.gist))
     return html.numbered([section for section in found if section.blocks])
+
+
+def _first_figure(found: Iterable[html.ReportSection]) -> list[html.Figure]:
+    """Remove the first figure from its section, and return it in a list; empty without figures."""
+    for section in found:
+        for place, block in enumerate(section.blocks):
+            if isinstance(block, html.Figure):
+                del section.blocks[place]
+                return [block]
+    return []
 
 
 def conclusions(analysis: Analysis) -> dict[str, list[str]]:

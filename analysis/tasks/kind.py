@@ -71,6 +71,13 @@ class TaskAnalysis(Declaration):
         """Return the sentences for the summary."""
         return []
 
+    def plain_answers(self, analysis: Analysis, /) -> list[str]:
+        """Return the sentences with which the report begins (default: the first of ``answers``).
+
+        They are followed by a figure; the other sentences follow the figure.
+        """
+        return self.answers(analysis)[:1]
+
     def doubts(self, _analysis: Analysis, /) -> list[str]:
         """Return the caveats for the summary."""
         return []

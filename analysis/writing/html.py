@@ -160,7 +160,11 @@ def bullets(texts: Iterable[str], kind: str = "") -> Markup:
     return Markup('<ul class="{}">{}</ul>').format(kind, items)
 
 
-def figure(svg: str, caption: str, alt: str) -> Markup:
+class Figure(Markup):
+    """A figure with its caption; the report begins with the first one."""
+
+
+def figure(svg: str, caption: str, alt: str) -> Figure:
     """Return a figure.
 
     Parameters
@@ -174,7 +178,7 @@ def figure(svg: str, caption: str, alt: str) -> Markup:
     """
     attributes = Markup('<svg role="img" aria-label="{}"').format(alt)
     picture = Markup(svg.replace("<svg", attributes, 1))  # noqa: S704 - matplotlib escapes
-    return Markup("<figure>{}<figcaption>{}</figcaption></figure>").format(picture, caption)
+    return Figure("<figure>{}<figcaption>{}</figcaption></figure>").format(picture, caption)
 
 
 def table(

@@ -43,6 +43,7 @@ SCENES: dict[str, tuple[Callable[[Stage], object], str, str]] = {
     "keys": (nothing, "", "[data-open=keys]"),
     "study": (nothing, "study", ""),
     "person": (nothing, "person?label=08", ""),
+    "person-pilot": (nothing, "person?label=01&pilot=001", ""),
     "person-asks": (nothing, "person?label=01", "[data-do=withdraw]"),
     "study-template": (nothing, "study?from=matching", ""),
     "screens": (nothing, "screens", ""),

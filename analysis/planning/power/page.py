@@ -79,7 +79,7 @@ def _csv(found: Sequence[Row]) -> list[list[str]]:
 
 
 def _page(design: Design, found: Sequence[Row], target: float) -> str:
-    blocks = [
+    blocks: list[Markup] = [
         html.figure(
             svg(power_figure(found, target), salt="power"),
             "Power of the weakest comparison against the number of participants. Bands are 95 % "

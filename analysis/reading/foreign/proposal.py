@@ -11,7 +11,6 @@ import shlex
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -25,7 +24,7 @@ from slipscale.analysis.reading.foreign.files import BIDS_TABLE, in_folder
 from slipscale.analysis.reading.foreign.presets import columns_of, preset_of
 from slipscale.analysis.reading.foreign.recognition import Given, layout_of
 from slipscale.analysis.reading.meaning.mapping import beside
-from slipscale.analysis.reading.table_by_hand import read_table
+from slipscale.analysis.reading.table_by_hand import Request, read_table
 from slipscale.experiments.dataset.schema import PARTICIPANT
 from slipscale.faults import UserError
 from slipscale.faults.folders import visible
@@ -221,26 +220,20 @@ def described(paths: Sequence[Path]) -> Proposal | None:
 
 def _cells(path: Path) -> pd.DataFrame:
     """Return all cells of a table; a first line like the other lines is no header."""
-    read = partial(
-        read_table,
-        path,
-        required=(),
-        numbers=(),
-        words=(),
-        identifier=None,
-        problems=Problems(),
-        everything=True,
-    )
+
+    def read(*, header: bool) -> pd.DataFrame:
+        request = Request(everything=True, header=header)
+        return read_table(path, request, Problems())[0].drop(columns=["file", "line"])
+
     try:
-        frame, _ = read()
+        frame = read(header=True)
     except UserError as error:
         # Values occur twice in a line, names do not.
         with suppress(UserError):
-            return read(header=False)[0].drop(columns=["file", "line"])
+            return read(header=False)
         raise error from None
-    frame = frame.drop(columns=["file", "line"])
     if len(frame) and all(_like_a_cell(str(name), frame[name]) for name in frame):
-        frame = read(header=False)[0].drop(columns=["file", "line"])
+        return read(header=False)
     return frame
 
 

@@ -38,7 +38,7 @@ def layout_of(frame: pd.DataFrame) -> Given:
 def _square(frame: pd.DataFrame) -> Given:
     """Return the content of a square table of items."""
     first, *items = frame.columns
-    labels = frame[first].fillna("").astype(str)
+    labels = frame[first].astype("str").fillna("")
     if not items or sorted(labels) != sorted(items):
         return {}
     cells = frame.set_index(labels)[items].loc[items]

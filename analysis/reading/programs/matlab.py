@@ -32,7 +32,7 @@ SAVE = (
 VERSION_7_3 = b"MATLAB 7.3 MAT-file"
 
 
-def recognises(_content: bytes, path: Path) -> bool:
+def recognises(_head: str, path: Path) -> bool:
     """Return whether a file was written by MATLAB."""
     return path.suffix.lower() == ".mat"
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 from markupsafe import Markup
 
@@ -19,30 +19,44 @@ SMALL = 6
 DOUBTS_SHOWN = 8
 
 
-def summary(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSection:
-    """Return the summary section."""
+def summary(analysis: Analysis, svgs: Mapping[str, str], lead: Sequence[Markup]) -> ReportSection:
+    """Return the summary section.
+
+    Parameters
+    ----------
+    lead : sequence of Markup
+        The figure that follows the plain answers, if magnitude estimation does not provide it.
+    """
     section = ReportSection("Summary", shown="always")
-    doubts = _doubts(analysis)
-    if analysis.prepared is not None and analysis.prepared.zeros:
-        section.blocks.append(html.paragraph(analysis.prepared.zero_sentence, "problem"))
-    section.blocks += [
-        html.labelled("Question", _question(analysis)),
-        html.labelled("Design", _design(analysis)),
-    ]
-    for place, answer in enumerate(answers(analysis)):
-        section.blocks.append(html.paragraph(answer) if place else html.labelled("Answer", answer))
+    section.blocks.append(html.labelled("Question", _question(analysis)))
+    plain = [text for kind in analysis.kinds for text in kind.plain_answers(analysis)]
+    section.blocks += _sentences("Answer", plain)
     if "fig15" in svgs and analysis.prepared is not None:
         section.blocks.append(_figure(analysis, svgs["fig15"]))
-    if doubts:
-        section.blocks.append(html.heading("Caveats"))
-        section.blocks.append(html.bullets(doubts[:DOUBTS_SHOWN], "problem"))
-        if len(doubts) > DOUBTS_SHOWN:
-            section.blocks.append(
-                html.details(
-                    f"{len(doubts) - DOUBTS_SHOWN} more", [html.bullets(doubts[DOUBTS_SHOWN:])]
-                )
-            )
+    section.blocks += lead
+    for kind in analysis.kinds:
+        rest = [text for text in kind.answers(analysis) if text not in plain]
+        section.blocks += [html.paragraph(text) for text in rest]
+        section.blocks += _caveats(kind.doubts(analysis))
+    if doubts := _doubts(analysis):
+        section.blocks += [html.heading("Caveats"), *_caveats(doubts)]
+    section.blocks.append(html.labelled("Design", _design(analysis)))
     return section
+
+
+def _sentences(label: str, texts: Sequence[str]) -> list[Markup]:
+    """Return paragraphs, the first of which has a label."""
+    return [
+        html.paragraph(text) if place else html.labelled(label, text)
+        for place, text in enumerate(texts)
+    ]
+
+
+def _caveats(doubts: Sequence[str]) -> list[Markup]:
+    """Return a list of caveats; those after the first `DOUBTS_SHOWN` can be expanded."""
+    shown, more = doubts[:DOUBTS_SHOWN], doubts[DOUBTS_SHOWN:]
+    found = [html.bullets(shown, "problem")] if shown else []
+    return found + ([html.details(f"{len(more)} more", [html.bullets(more)])] if more else [])
 
 
 def answers(analysis: Analysis) -> list[str]:
@@ -62,7 +76,7 @@ def _design(analysis: Analysis) -> str:
 
 
 def _doubts(analysis: Analysis) -> list[str]:
-    """Return caveats about the results, starting with the most serious one."""
+    """Return the caveats about all results, starting with the most serious one."""
     found = []
     people = len(analysis.flags) - len(analysis.excluded)
     if 2 < people < SMALL:  # noqa: PLR2004 - fewer participants have their own message
@@ -70,7 +84,8 @@ def _doubts(analysis: Analysis) -> list[str]:
             f"There are only {people} participants: intervals are wide, and a non-significant "
             "difference is not evidence of equality."
         )
-    found += [doubt for kind in analysis.kinds for doubt in kind.doubts(analysis)]
+    if analysis.prepared is not None and analysis.prepared.zeros:
+        found.append(analysis.prepared.zero_sentence)
     found += analysis.problems
     flagged = int(analysis.flags.any(axis=1).sum())
     if flagged:

@@ -6,7 +6,6 @@ import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.ticker import PercentFormatter
 
 from slipscale.analysis.statistics.confidence_interval import ConfidenceInterval
@@ -20,7 +19,7 @@ from slipscale.analysis.tasks.difference.yes_no import (
 )
 from slipscale.analysis.writing.axes import LINES_AT_MOST, tip
 from slipscale.experiments.dataset.schema import PARTICIPANT
-from slipscale.figure_style import BLUE, GREY, INK, PALE, VERMILION, styled
+from slipscale.figure_style import BLUE, GREY, INK, PALE, VERMILION, canvas, styled
 from slipscale.stimuli.quantity import PLATE_AMPLITUDE, Quantity, capitalised
 
 #: Area of the ring that represents one participant, in square points.
@@ -54,12 +53,11 @@ def difference(
     upper = 0.9 + ROW * rows
     sizes = step_sizes(steps)
     if len(np.unique(sizes)) == 1:
-        figure = Figure(figsize=(6.8, upper), layout="constrained")
-        _each_step(figure.add_subplot(), found, confidence, quantity)
+        figure, axes = canvas(size=(6.8, upper))
+        _each_step(axes, found, confidence, quantity)
         return figure
-    layout = ConstrainedLayoutEngine(hspace=0.08)
-    figure = Figure(figsize=(5.6, upper + LOWER), layout=layout)
-    top, bottom = figure.subplots(2, 1, height_ratios=[upper, LOWER])
+    figure, (top, bottom) = canvas(2, 1, (5.6, upper + LOWER), height_ratios=[upper, LOWER])
+    figure.set_layout_engine("constrained", hspace=0.08)
     _each_step(top, found, confidence, quantity)
     top.set_title(f"Each {quantity.yes_no.each}")
     _against_size(bottom, found.psychometric, steps.assign(size=sizes), confidence, quantity)

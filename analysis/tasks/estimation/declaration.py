@@ -25,6 +25,7 @@ from slipscale.analysis.tasks.estimation import (
 from slipscale.analysis.tasks.estimation import section as estimates_section
 from slipscale.analysis.tasks.estimation.growth import exponents_figure
 from slipscale.analysis.tasks.estimation.growth import figures as growth_figures
+from slipscale.analysis.tasks.estimation.plain_answer import plain_answer
 from slipscale.analysis.tasks.estimation.primary import primary_sentences, secondary_sentences
 from slipscale.analysis.tasks.estimation.reading import TRIALS
 from slipscale.analysis.tasks.estimation.spread import unequal_spread
@@ -94,6 +95,9 @@ class _Estimation(TaskAnalysis):
         if (found := inference.found(POWER_LAW)) is not None:
             texts.append(sentences.power_law(found, level, quantity))
         return texts
+
+    def plain_answers(self, analysis: Analysis) -> list[str]:
+        return [] if analysis.prepared is None else [plain_answer(analysis)]
 
     def doubts(self, analysis: Analysis) -> list[str]:
         order = analysis.inference[ORDER]

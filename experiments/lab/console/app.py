@@ -257,7 +257,7 @@ class Console:
         return _result(found.defaults.data, "fig15.svg") if found.seen else _result(None, "")
 
     async def numbered_report(self, request: Request) -> Response:
-        """Return the page that contains the report of a pilot, or of a laboratory's own table."""
+        """Return the page with the report of a pilot, the rehearsals or an own table."""
         kind, number = request.path_params["kind"], request.path_params["number"]
         if self._numbered(request) is None:
             raise HTTPException(NOT_THERE)
@@ -265,13 +265,14 @@ class Console:
         return await run_in_threadpool(self._page, request, kind, "report.html", more)
 
     async def numbered_report_file(self, request: Request) -> Response:
-        """Return the report of a pilot, or of a laboratory's own table."""
+        """Return the report of a pilot, the rehearsals or a laboratory's own table."""
         return _result(self._numbered(request), "report.html")
 
     def _numbered(self, request: Request) -> Path | None:
         """Return the folder of the requested pilot or table; None if there is none."""
+        defaults = self.state.now().defaults
         folders = {
-            "pilot": pilots(self.state.now().defaults),
+            "pilot": [*pilots(defaults), defaults.out(pilot=True)],
             "table": [] if self.access.read_only else tables(),
         }
         kind, number = request.path_params["kind"], request.path_params["number"]

@@ -32,6 +32,7 @@ Kind = Literal[
     "surface",
     "emulator",
     "analysis",
+    "rehearsals",
     "pilot",
     "verify",
     "build",

@@ -7,7 +7,7 @@ import pytest
 
 from slipscale.analysis.pipeline import analyse
 from slipscale.analysis.reporting.files import write_analysis
-from slipscale.analysis.reporting.page import results
+from slipscale.analysis.reporting.page import render, results
 from slipscale.analysis.tasks.estimation.statistics import FRIEDMAN, PAIRWISE, POWER_LAW
 
 
@@ -187,6 +187,38 @@ def test_the_summary_is_read_without_opening_anything(written):
         ("", "Further results, in sentences"),
         ("", "Magnitude estimates"),
     ]
+
+
+def test_question_answer_and_figure_come_first_and_warnings_follow_what_they_qualify(written):
+    body = written.partition("<body>")[2]
+    order = [
+        "PILOT DATA",
+        "<b>Question.</b>",
+        "<b>Answer.</b> Mean slipperiness rose",
+        "<figure>",
+        "Geometric means of slipperiness were",
+        "smallest possible Holm-corrected p",
+        "<b>Design.</b>",
+        '<dl class="facts">',
+        '<nav aria-label="Contents">',
+        "<details",
+    ]
+    assert [each for each in order if each not in body] == []
+    places = [body.index(each) for each in order]
+    assert places == sorted(places)
+    for each in order[2:6]:
+        assert body.partition("<details")[0].count(each) == 1
+
+
+def test_a_report_without_estimates_begins_with_its_first_figure(dataset):
+    row = dataset.difference_row
+    people = {f"{n:02d}": [row(1, 2.3, 1.2, "yes"), row(2, 1.2, 1.2, "no")] for n in range(1, 7)}
+    folder = dataset(differences=people)
+    for path in folder.glob("sub-*/beh/*magnitude*"):
+        path.unlink()
+    text = render(analyse(folder), {"difference": "<svg></svg>"}, {"slipscale": "0"})
+    assert text.index("<figure>") < text.index('<dl class="facts">')
+    assert text.count("<figure>") == 1
 
 
 def test_a_link_of_the_contents_leads_into_what_it_opens(written):

@@ -50,6 +50,8 @@ LOGARITHMIC = re.compile(r"(?<![A-Za-z])(dB[A-Z]?\w{0,2}|db|DB)(?![A-Za-z])|(?i:
 ANSWERS = "answers"
 #: Maximum number of standards, because one function is fitted per standard.
 MOST_STANDARDS = 12
+#: Largest share of answers without a level or a standard, which are left out.
+MOST_WITHOUT = 0.5
 #: Number of answers at the smallest level, and proportion of "yes" that suggests guessing.
 FEWEST_TO_WARN, LIKE_GUESSING = 10, 1 / 3
 
@@ -119,6 +121,18 @@ def _of_trials(rows: Rows) -> pd.DataFrame:
     unanswered = frame[content].isna().all(axis=1) & (RESPONSE not in frame)
     incomplete = (frame[compared].isna().any(axis=1) | unanswered) & ~blank
     where = f"{rows.sources[0].name}: " if len(rows.sources) == 1 else ""
+    answered = frame[content].notna().any(axis=1)
+    without = answered & frame[compared].isna().any(axis=1)
+    if int(without.sum()) > MOST_WITHOUT * int(answered.sum()):
+        raise UserError(
+            "{file}: {count} of {answers} answers have no level or standard in their row; expected "
+            "one answer per row, with its level. If a level is only in the first row of a block, "
+            "fill the column downwards (pandas: ffill); if levels and answers are in separate "
+            "rows, use --rows-of",
+            file=rows.sources[0].name,
+            count=int(without.sum()),
+            answers=int(answered.sum()),
+        )
     if incomplete.any():
         rows.problems.add(
             f"{where}{int(incomplete.sum())} of {int((~blank).sum())} trials without an answer, a "

@@ -54,6 +54,12 @@ class Work(Form):
     what: Literal["verify", "build", "export"]
 
 
+class Analyse(Form):
+    """Analyse the participants' data, or the rehearsals, which unblind nobody."""
+
+    pilot: bool = False
+
+
 class Exclude(Form):
     """Exclude a participant from the analysis, or include them again."""
 
@@ -118,8 +124,13 @@ def _withdraw(desk: Desk, request: Withdraw) -> str:
     )
 
 
-def _analyse(desk: Desk, _: Nothing) -> str:
+def _analyse(desk: Desk, request: Analyse) -> str:
     found = desk.now()
+    if request.pilot:
+        dataset = str(found.defaults.out(pilot=True))
+        about = "the analysis of the rehearsals"
+        desk.jobs.start("rehearsals", about, "analyse", "--steps", dataset)
+        return "analysing"
     if not found.seen:
         raise UserError(
             "results would unblind you: unblind first, or wait for all planned participants"
@@ -190,7 +201,7 @@ ACTIONS: Actions = {
     "unblind": (Unblind, _unblind),
     "exclude": (Exclude, _exclude),
     "withdraw": (Withdraw, _withdraw),
-    "analyse": (Nothing, _analyse),
+    "analyse": (Analyse, _analyse),
     "work": (Work, _work),
     "backup": (Nothing, _backup),
 }

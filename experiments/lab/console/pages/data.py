@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from statistics import median
 from typing import Any
 
@@ -88,7 +89,7 @@ def data(view: View) -> dict[str, object]:
         "analysing": at_work,
         "steps": analysis.steps() if analysis and at_work else [],
         "results_of": date_of(found.results_ns),
-        "reported": (found.defaults.data / RESULTS / "report.html").is_file(),
+        "reported": _reported(found.defaults.data),
         "downloadable": found.defaults.data.is_dir(),
         "analysis_failed": failure(analysis),
     }
@@ -164,10 +165,20 @@ def pilot(view: View) -> dict[str, Any]:
         "parts_done": parts_done(found, jobs),
         "pilot_failed": failure(job),
         "listed": [
-            (folder.name, (folder / RESULTS / "report.html").is_file())
-            for folder in pilots(found.defaults)
+            (folder.name, _reported(folder), _people(folder)) for folder in pilots(found.defaults)
         ],
+        "rehearsals_reported": _reported(found.defaults.out(pilot=True)),
     }
+
+
+def _reported(dataset: Path) -> bool:
+    return (dataset / RESULTS / "report.html").is_file()
+
+
+def _people(dataset: Path) -> list[str]:
+    """Return the labels of a pilot's simulated participants."""
+    folders = visible(dataset / "sourcedata", "sub-*")
+    return sorted(folder.name.removeprefix("sub-") for folder in folders)
 
 
 def parts_done(found: Snapshot, jobs: Jobs) -> int:

@@ -59,6 +59,7 @@ OTHERS = [code for code in languages() if code != ENGLISH]
 NO_MESSAGE = {
     *("--force daq", "--force simulated", "--position mouse", "--position simulated"),
     *("dict[str, object]", "slipscale data build {}", "µm peakroughness_um{}", "µm peakµm{}"),
+    "import pandas; pandas.",
 }
 
 

@@ -1,11 +1,15 @@
 """The page of a participant: what happened, exclusion by hand, withdrawal."""
 
+from pathlib import Path
+
 import pytest
 
 from slipscale.experiments.dataset.bids import build_dataset
 from slipscale.experiments.dataset.hand_exclusions import excluded_by_hand
 from slipscale.experiments.dataset.withdrawn import withdrawn
+from slipscale.experiments.lab.answers import answered_trials
 from slipscale.hardware.errors import ConnectionLost, NotReached
+from slipscale.stimuli.quantity import PLATE_AMPLITUDE
 
 
 def test_runs_flags_events_and_consent_are_shown_without_an_answer(visitor, recorded, words_of):
@@ -101,6 +105,56 @@ def test_rehearsals_have_pages_too_and_their_own_decisions(visitor, lab, record_
     asked = {"participant": "01", "excluded": True, "reason": "r", "pilot": True}
     assert visitor.ask("exclude", **asked)[0] == 200
     assert list(excluded_by_hand(lab / "pilots/rehearsals")) == ["01"]
+
+
+def test_a_rehearsal_shows_its_answers_report_and_screens_and_is_marked(
+    visitor, lab, record_runs, words_of
+):
+    rehearsals = lab / "pilots/rehearsals"
+    record_runs(rehearsals, "01", mode="pilot")
+    page = visitor.see("/person?label=01&pilot=1")
+    words = words_of(page)
+    assert "PILOT: these answers are not data" in words
+    assert "Answers: run 01" in words
+    (first, *_) = answered_trials(next(rehearsals.rglob("*_journal.jsonl")), PLATE_AMPLITUDE)
+    assert first.answers
+    assert f"{first.number} {' → '.join(first.presented)} " in words
+    assert 'href="/screens"' in page
+    assert "/pilot/rehearsals/report" not in page
+    assert visitor.ask("analyse", pilot=True) == (200, "analysing")
+    assert visitor.jobs.started == [
+        ("rehearsals", "analyse", "--steps", str(Path("pilots/rehearsals")))
+    ]
+    results = rehearsals / "derivatives/slipscale"
+    results.mkdir(parents=True)
+    (results / "report.html").write_text("<p>it worked</p>")
+    for path in ("/person?label=01&pilot=1", "/pilot"):
+        assert 'href="/pilot/rehearsals/report"' in visitor.see(path)
+    assert "it worked" in visitor.see("/pilot/rehearsals/report.html")
+    assert "Rehearsals: 1, with their answers and report" in words_of(visitor.see("/data"))
+
+
+def test_a_simulated_pilot_shows_its_answers_and_decides_about_nobody(
+    visitor, lab, record_runs, words_of
+):
+    record_runs(lab / "pilots/001", "01", mode="pilot")
+    assert "/person?label=01&amp;pilot=001" in visitor.see("/pilot")
+    words = words_of(visitor.see("/person?label=01&pilot=001"))
+    assert "simulated pilot 001" in words
+    assert "Answers: run 01" in words
+    assert "Remove all their data" not in words
+    assert "Exclude from the analysis" not in words
+
+
+def test_answers_of_participants_stay_hidden(visitor, recorded, words_of):
+    words = words_of(visitor.see("/person?label=01"))
+    assert "Answers" not in words
+    assert "PILOT" not in words
+    assert answered_trials(lab_file(recorded), PLATE_AMPLITUDE)
+
+
+def lab_file(recorded):
+    return next((recorded / "sourcedata/sub-01").glob("*_journal.jsonl"))
 
 
 def test_a_console_that_only_shows_offers_neither(lab, recorded, make_visitor):
