@@ -169,7 +169,7 @@ class NetForces(SerialColumns):
 
 def _axis(text: str) -> tuple[int, str]:
     if text not in AXES:
-        raise ValueError(f"expected one of {', '.join(AXES)}")
+        raise ValueError("expected one of x, y, z, -x, -y, -z")
     return AXES[text]
 
 
