@@ -53,7 +53,7 @@ if TYPE_CHECKING:
     from slipscale.experiments.study.run_plan import RunPlan
 
 BIDS_VERSION = "1.10.0"
-README = PurePosixPath("README.md")
+README, GIT_ATTRIBUTES = PurePosixPath("README.md"), PurePosixPath(".gitattributes")
 # Endings of files in which git must not convert line ends.
 KEPT_BY_GIT = ("jsonl", "tsv", "json")
 
@@ -281,7 +281,7 @@ def _top(
         yield PurePosixPath("code", name), plan.study_text
     yield README, _readme(first, simulated=simulated)
     # Checksums cover the bytes, so git must not convert line ends.
-    yield PurePosixPath(".gitattributes"), "".join(f"*.{end} -text\n" for end in KEPT_BY_GIT)
+    yield GIT_ATTRIBUTES, "".join(f"*.{end} -text\n" for end in KEPT_BY_GIT)
 
 
 def _authors(study: Study, *, simulated: bool) -> list[str]:
