@@ -30,6 +30,8 @@ EXTRA_OF = {
     "psychopy": "session",
     "sounddevice": "session",
 }
+# Newest Python for which PsychoPy has a release.
+PSYCHOPY_UP_TO = (3, 12)
 
 
 def how_to_install(module: str) -> str | None:
@@ -59,7 +61,7 @@ def how_to_install(module: str) -> str | None:
 
 def no_psychopy() -> Message | None:
     """Explain why this Python cannot install PsychoPy, or return None if it can."""
-    if sys.version_info < (3, 13):
+    if sys.version_info[:2] <= PSYCHOPY_UP_TO:
         return None
     return Message(
         "needs PsychoPy, which has no release for Python {version}; install Slipscale with Python "

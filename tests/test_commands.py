@@ -25,7 +25,7 @@ QUICK = [
     "slipscale plate new plates/desk.toml --backend serial",
     "slipscale plate sign plates/desk.toml",
     "slipscale reconstruct biet2007_table3",
-    "slipscale study new ours.toml --title Ours --author Ada",
+    "slipscale study new ours.toml --title Ours --license CC0-1.0",
     "slipscale study schema",
     "slipscale study show matching --timeline --people 20",
     "slipscale study texts matching --language de --out texts.de.toml",

@@ -61,7 +61,7 @@ def add_analyse(parser: ArgumentParser) -> None:
     )
     parser.add_argument(
         "--style",
-        choices=STYLES,
+        choices=tuple(STYLES),
         help="also write figures for a paper in the style ieee (8.9 cm wide) or apa (8.25 cm wide, "
         "without grid lines); --width replaces the width",
     )
