@@ -135,7 +135,7 @@ document.addEventListener("submit", async (event) => {
   const form = event.target.closest("[data-form]");
   if (!form) return;
   event.preventDefault();
-const inputs = [...form.elements].filter((input) => input.name && !("skip" in input.dataset));
+  const inputs = [...form.elements].filter((input) => input.name && !("skip" in input.dataset));
   const sizeOf = (input) => [...(input.files ?? [])].reduce((sum, file) => sum + file.size, 0);
   const large = inputs.find((input) => sizeOf(input) > Number(input.dataset.most));
   if (large) return say(large.dataset.tooLarge, true);
