@@ -245,8 +245,9 @@ def test_a_sheet_of_a_workbook_is_chosen(visitor, words_of):
     book.active.title = "notes"
     for row in (("day", "room"), ("Monday", 1), ("Friday", 2)):
         book.active.append(row)
-    for row in [line.split(",") for line in CSV.splitlines()]:
-        (book["data"] if "data" in book else book.create_sheet("data")).append(row)
+    data = book.create_sheet("data")
+    for line in CSV.splitlines():
+        data.append(line.split(","))
     book.save(stored)
     visitor.ask("upload", **sent(stored.getvalue(), "book.xlsx"))
     assert described() == 0
