@@ -10,7 +10,7 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
-from itertools import pairwise
+from itertools import islice, pairwise
 from pathlib import Path
 from typing import Literal
 
@@ -23,6 +23,8 @@ Decimal = Literal[".", ","]
 SEPARATORS = ("\t", ";", ",", "|")
 #: Ends of lines, and the number of lines in which two with cells are searched.
 LINES, FIRST = re.compile(rb"\r\n|\n|\r"), 20
+#: A line that is not blank.
+FILLED = re.compile(rb"[^\r\n]*[^\s][^\r\n]*")
 #: A quoted cell, or blanks between cells.
 BLANKS = re.compile(rb'("[^"]*")|[ ]+')
 #: Beginnings of Unicode text. That of UTF-32 begins with that of UTF-16.
@@ -173,8 +175,13 @@ def _without_hint(text: str) -> str:
 
 def separator_of(text: bytes) -> str:
     """Detect the separator in the first line, ignoring characters inside quotes."""
-    header = LINES.split(text.lstrip(b"\r\n"), maxsplit=1)[0]
-    return next((mark for mark in SEPARATORS if mark.encode() in _outside(header)), ",")
+    header = next((_outside(line) for line in _filled_lines(text, 1)), b"")
+    return next((mark for mark in SEPARATORS if mark.encode() in header), ",")
+
+
+def _filled_lines(text: bytes, most: int) -> list[bytes]:
+    """Return the first lines that are not blank, without a copy of the others."""
+    return [found[0] for found in islice(FILLED.finditer(text), most)]
 
 
 def separated(text: bytes) -> tuple[bytes, str, list[int]]:
@@ -186,8 +193,7 @@ def separated(text: bytes) -> tuple[bytes, str, list[int]]:
     bars.
     """
     text, above = _without_titles(text)
-    # Only the first lines are split at first, because most tables are not separated by blanks.
-    filled = [line for line in LINES.split(text.lstrip(), maxsplit=FIRST) if line.strip()][:2]
+    filled = _filled_lines(text, 2)
     separator = separator_of(text)
     mark = separator.encode()
     if not filled or mark in _outside(filled[0]):
@@ -224,10 +230,11 @@ def _without_titles(text: bytes) -> tuple[bytes, list[int]]:
     header has as many cells as the line below it. A comment above numbers with as many cells, as
     NumPy writes it, is the header.
     """
-    head = [*enumerate(LINES.split(text, maxsplit=FIRST)[:FIRST])]
-    filled = [(place, line) for place, line in head if line.strip(b' \t,;|"')]
-    if not filled or not (COMMENT.match(filled[0][1]) or len(_filled_cells(filled[0][1])) < 2):  # noqa: PLR2004
+    first = next(iter(_filled_lines(text, 1)), b"")
+    if len(_filled_cells(first)) > 1 and not COMMENT.match(first):
         return text, []
+    head = enumerate(LINES.split(text, maxsplit=FIRST)[:FIRST])
+    filled = [(place, line) for place, line in head if line.strip(BLANK)]
     for (place, line), (_, below) in pairwise(filled):
         comment = COMMENT.match(line)
         blanks = len(_filled_cells(below)) < 2  # noqa: PLR2004 - no other separator

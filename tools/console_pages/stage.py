@@ -146,7 +146,7 @@ class Stage:
 
     def upload(self, table: str) -> None:
         """Upload a table, and wait for its description."""
-        self._upload("outcomes.csv", table.encode())
+        self._upload("outcomes.csv", table.encode(), "#choices form")
 
     def upload_workbook(self, table: str) -> None:
         """Upload a table as the second sheet of a workbook."""
@@ -159,11 +159,11 @@ class Stage:
             for row in cells:
                 sheet.append(row)
         book.save(stored)
-        self._upload("outcomes.xlsx", stored.getvalue())
+        self._upload("outcomes.xlsx", stored.getvalue(), "select[name=sheet]")
 
-    def _upload(self, name: str, content: bytes) -> None:
+    def _upload(self, name: str, content: bytes, until: str) -> None:
         sent = {"name": name, "content": base64.b64encode(content).decode()}
-        self.do("upload", "#choices form", "table", tables=[sent])
+        self.do("upload", until, "table", tables=[sent])
 
     def describe(self, choices: dict[str, Any], until: str) -> None:
         """Describe the uploaded table with some choices."""
