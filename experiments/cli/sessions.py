@@ -6,6 +6,7 @@ slowly.
 
 from __future__ import annotations
 
+import shlex
 import sys
 from argparse import ArgumentParser, Namespace
 from pathlib import Path
@@ -123,7 +124,7 @@ def run_session(
 def _begin(out: Path, plan: RunPlan, setting: Setting, *, add_study: bool = False) -> int:
     from slipscale.experiments.running.lab_session import begin
 
-    return _end(begin(out, plan, setting, add_study=add_study), plan.journal_path(out))
+    return report_end(begin(out, plan, setting, add_study=add_study), plan.journal_path(out))
 
 
 def _setting(args: Namespace, plate: str, *, markers: tuple[str, ...]) -> Setting:
@@ -193,12 +194,12 @@ def run_resume(args: Namespace) -> int:
         run_simulated(folder, plan, plate, specs)
         for problem in build_dataset(folder):
             print(f"the data set: {problem}", file=sys.stderr)
-        return _end("complete", args.journal)
+        return report_end("complete", args.journal)
     from slipscale.experiments.running.lab_session import go_on
 
     say(here())
     markers = tuple(args.markers or ()) or last_markers(records)
-    return _end(go_on(args.journal, _setting(args, plate, markers=markers)), args.journal)
+    return report_end(go_on(args.journal, _setting(args, plate, markers=markers)), args.journal)
 
 
 def _interrupted(folder: Path | None) -> str:
@@ -227,15 +228,34 @@ def _interrupted(folder: Path | None) -> str:
     )
 
 
-def _end(outcome: str, journal: Path) -> int:
+def report_end(outcome: str, journal: Path) -> int:
     """Report how a session ended, and return the exit status."""
     if outcome == "complete":
         print(f"complete: {journal}")
+        print(f"next: {_next_command(journal)}")
         return DONE
     from slipscale.experiments.running.run_state import how_to_resume
 
     print(f"stopped; nothing is lost. {how_to_resume(journal)}")
     return INTERRUPTED
+
+
+def _next_command(journal: Path) -> str:
+    """Return the command that usually follows a complete run.
+
+    In a laboratory folder, this is the next participant's session while participants are missing.
+    Otherwise, it is the analysis.
+    """
+    from slipscale.experiments.journal.plan_and_progress import read_plan
+    from slipscale.experiments.lab.roster import read_roster
+
+    dataset, defaults = journal.parents[2], here()
+    plan, _ = read_plan(journal)
+    if plan.mode == "participant" and defaults.file is not None:
+        roster = read_roster(dataset, plan.study, plan.study_text)
+        if roster.of("returns") or roster.new:
+            return "slipscale next"
+    return f"slipscale analyse {shlex.quote(str(dataset))}"
 
 
 def add_check(parser: ArgumentParser) -> None:

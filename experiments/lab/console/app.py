@@ -115,6 +115,7 @@ class Console:
             "shown_state": status.state if status else "",
             "read_only": self.access.read_only,
             "console": self.name,
+            "under_way": self._under_way(live=found.live is not None),
             "all_shown": "all" in request.query_params,
             **more,
         }
@@ -305,9 +306,20 @@ class Console:
     async def do(self, request: Request) -> Response:
         """Carry out an action that a page requests; return its result."""
         sent, action = await request.body(), request.path_params["action"]
-        return await self._answer(
-            request, lambda view: {"said": view.t.say(do(self.desk, action, sent))}
-        )
+
+        def done(view: View) -> dict[str, Any]:
+            before = [self.jobs.last(kind) for kind in KINDS]
+            said = view.t.say(do(self.desk, action, sent))
+            after = zip(KINDS, before, strict=True)
+            started = [kind for kind, job in after if self.jobs.last(kind) is not job]
+            return {"said": said, "started": started}
+
+        return await self._answer(request, done)
+
+    def _under_way(self, *, live: bool) -> list[str]:
+        """Return the kinds of jobs that run; a session that pages show is no longer starting."""
+        running = [kind for kind in KINDS if (job := self.jobs.last(kind)) and job.running]
+        return [kind for kind in running if not (live and kind == "session")]
 
 
 def make_app(access: Access, jobs: Jobs) -> tuple[Starlette, Console]:

@@ -6,6 +6,7 @@ import hashlib
 import json
 import shutil
 import time
+import zipfile
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime
@@ -301,6 +302,15 @@ def export_folder(data: Path) -> Path:
 def frozen_plans() -> list[Path]:
     """Return the frozen plans in the folder, newest first."""
     return sorted(PLANNING.glob("plan-[0-9]*.zip"), reverse=True)
+
+
+def digest_of(plan: Path) -> str:
+    """Return the SHA-256 that identifies a frozen plan, as on its page; empty if unreadable."""
+    try:
+        with zipfile.ZipFile(plan) as bundle:
+            return str(json.loads(bundle.read("manifest.json"))["digest"])
+    except (OSError, ValueError, LookupError, TypeError, zipfile.BadZipFile):
+        return ""
 
 
 def rows_of_table3(dataset: Path) -> list[list[str]]:

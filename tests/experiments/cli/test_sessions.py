@@ -1,9 +1,11 @@
 import errno
+import io
 import json
 import os
 import re
 import subprocess
 import sys
+from contextlib import redirect_stdout
 from pathlib import Path
 
 import pytest
@@ -11,6 +13,7 @@ import pytest
 from slipscale import __version__, commands
 from slipscale.commands import main
 from slipscale.experiments.cli.lab import LONGEST_NOTE
+from slipscale.experiments.cli.sessions import report_end
 from slipscale.experiments.journal.plan_and_progress import read_plan
 from slipscale.experiments.participants.psychopy_window import keyboard
 from slipscale.experiments.running.pilot import pilot_plans, run_pilot
@@ -311,3 +314,27 @@ def test_the_installed_command_is_the_front_door():
 def test_a_session_accepts_a_note_of_every_length_that_the_command_accepts():
     asked = {"token": "a session", "what": "note", "reason": "x" * LONGEST_NOTE}
     assert LiveRequest(**asked).reason == asked["reason"]
+
+
+@pytest.fixture
+def at_home(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+
+
+@pytest.mark.usefixtures("at_home")
+@pytest.mark.parametrize(
+    "mode, lab, command",
+    [
+        ("participant", "slipscale.toml", "slipscale next"),
+        ("participant", "", "slipscale analyse data"),
+        ("pilot", "slipscale.toml", "slipscale analyse data"),
+    ],
+)
+def test_after_a_run_the_terminal_names_the_next_command(record_runs, mode, lab, command):
+    if lab:
+        Path(lab).write_text('study = "biet2007"\n')
+    record_runs(Path("data"), "01", mode=mode)
+    said = io.StringIO()
+    with redirect_stdout(said):
+        assert report_end("complete", next(Path("data").rglob("*_journal.jsonl"))) == 0
+    assert said.getvalue().splitlines()[-1] == f"next: {command}"

@@ -79,11 +79,11 @@ def _test(desk: Desk, request: Test) -> str:
 
 
 class Freeze(Form):
-    """Freeze the plan, with any further information that a registry requires."""
+    """Freeze the plan, with the further information that a registry requires."""
 
-    sample_size: Words = ""
-    existing_data: Words = ""
-    stopping: Words = ""
+    sample_size: Words
+    existing_data: Words
+    stopping: Words
 
 
 class Pilot(Form):
@@ -140,13 +140,22 @@ def why_not_edited(found: Snapshot) -> str:
 def _power(desk: Desk, _: Nothing) -> str:
     found = desk.now()
     out = power_folder(found.study_text)
-    words = ("power", found.defaults.study, *GRID, "--steps", "--json", "--out", str(out))
+    planned = str(found.study.participants) if found.study else GRID[1]
+    grid = GRID if planned in GRID[: GRID.index("--repetitions")] else (GRID[0], planned, *GRID[1:])
+    words = ("power", found.defaults.study, *grid, "--steps", "--json", "--out", str(out))
     desk.jobs.start("power", "the power", *words)
     return "computing"
 
 
 def _freeze(desk: Desk, request: Freeze) -> str:
     found = desk.now()
+    if not all(
+        (request.sample_size.strip(), request.existing_data.strip(), request.stopping.strip())
+    ):
+        raise UserError(
+            "a plan states why this sample size, which data exist already, and when data "
+            "collection ends; answer all three questions"
+        )
     power = power_folder(found.study_text)
     options = {
         "--sample-size": request.sample_size,

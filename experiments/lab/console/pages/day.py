@@ -142,6 +142,7 @@ def live(view: View) -> dict[str, object]:
         "events": found.live.summary.events[::-1][:MOST_EVENTS],
         "tolerance": round(100 * max(g.largest for g in groups)) if groups else None,
         "history": history(found.live.summary),
+        "task": titles_of(found, t).get(status.task, status.task) if status else "",
     }
 
 

@@ -10,13 +10,14 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass
+from math import comb
 from typing import Any
 
 from slipscale.experiments.lab.console.actions.folder import power_folder
 from slipscale.experiments.lab.console.pages.editor import simulated_minutes
-from slipscale.experiments.lab.console.pages.view import View, failure
+from slipscale.experiments.lab.console.pages.view import MOST_PEOPLE, View, failure
 from slipscale.experiments.lab.console.plots import WIDE
-from slipscale.experiments.lab.console.state import frozen_plans
+from slipscale.experiments.lab.console.state import digest_of, frozen_plans
 from slipscale.experiments.lab.console.study_changes import Change, changed
 from slipscale.faults import UserError
 
@@ -46,7 +47,7 @@ def planning(view: View) -> dict[str, object]:
         "progress": _progress(job.steps()) if job and job.running else (0, 1),
         "freezing": bool(frozen and frozen.running),
         "freeze_failed": failure(frozen),
-        "plans": [path.name for path in frozen_plans()],
+        "plans": [(path.name, digest_of(path)) for path in frozen_plans()],
         "sliders": [],
         "failed": failure(job),
     }
@@ -78,6 +79,7 @@ def planning(view: View) -> dict[str, object]:
         "minutes": None if found.live else minutes,
         "people": int(people),
         "equal_effects": read["equal_effects"],
+        "rank_tests_from": _rank_tests_from(view),
     }
 
 
@@ -91,7 +93,7 @@ def _slider(axis: str, conditions: list[Mapping[str, Any]], view: View) -> Slide
     """Return the slider for an option, at the position in the URL or at a default position.
 
     By default, the slider is at the study's number of participants or, for other options, at 1. If
-    this value was not simulated, the slider is at the largest value.
+    this value was not simulated, the slider is at the nearest value.
     """
     values = tuple(sorted({float(each[axis]) for each in conditions}))
     given = view.query.get(axis, "")
@@ -99,9 +101,22 @@ def _slider(axis: str, conditions: list[Mapping[str, Any]], view: View) -> Slide
         return Slider(axis=axis, values=values, at=int(given))
     study = view.found.study
     own = {"participants": study.participants if study else 0, "effect": 1.0}.get(axis, 1.0)
-    return Slider(
-        axis=axis, values=values, at=values.index(own) if own in values else -1 % len(values)
-    )
+    nearest = min(values, key=lambda value: abs(value - own))
+    return Slider(axis=axis, values=values, at=values.index(nearest))
+
+
+def _rank_tests_from(view: View) -> int:
+    """Return the smallest number of participants with which a rank test of a pair can show any.
+
+    The smallest p-value of Wilcoxon's test of n participants is 2 / 2^n, times the number of pairs.
+    Returns 0 if the study's primary analysis has no rank tests.
+    """
+    study = view.found.study
+    if study is None or study.analysis.primary != "ranks":
+        return 0
+    pairs = comb(len(study.levels), 2)
+    most = 1 - study.analysis.confidence
+    return next((n for n in range(1, MOST_PEOPLE) if pairs * 2.0 ** (1 - n) < most), 0)
 
 
 def _with_repetitions(view: View, repetitions: int) -> str:

@@ -19,7 +19,7 @@ from slipscale.experiments.study.file import study_text
 from slipscale.experiments.study.run_plan import RunPlan
 from slipscale.faults import UserError
 
-SIZES = ("1280x1024", "1366x768", "1920x1080", "2560x1440", "3840x2160")
+SIZES = ("1280x720", "1280x800", "1280x1024", "1366x768", "1920x1080", "2560x1440", "3840x2160")
 USUAL = "1920x1080"
 SIZE = re.compile(r"([0-9]{3,4})x([0-9]{3,4})")
 

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import tomllib
 from difflib import unified_diff
+from functools import cache
 from typing import NamedTuple
 
 from slipscale.experiments.journal.plan_and_progress import read_usable
@@ -40,11 +42,19 @@ def study(view: View) -> dict[str, object]:
         "not_edited": "" if template else why_not_edited(found) if text else found.problem,
         "template": template,
         "templates": shipped_studies(),
+        "titles": _titles(),
         "used": used,
         "compared": compared,
         "took_minutes": round(duration_s / 60) or 1 if duration_s else None,
         **editor(view, text, template),
     }
+
+
+@cache
+def _titles() -> list[tuple[str, str]]:
+    """Return the names and titles of all shipped studies."""
+    texts = {name: tomllib.loads(study_text(name)) for name in shipped_studies()}
+    return [(name, str(text["title"])) for name, text in texts.items()]
 
 
 def _text(found: Snapshot, template: str) -> str:

@@ -11,6 +11,8 @@ const MOST_UNDONE = 20; // changes of a study
 const AGAIN_MS = 2000; // the browser does not retry a rejected stream
 let state = document.getElementById("state").dataset.state;
 
+let passing = []; // kinds of the jobs that the shown sentence is about
+
 function say(sentence, bad = false) {
   said.textContent = sentence;
   said.classList.toggle("bad", bad);
@@ -33,10 +35,19 @@ sessionStorage.removeItem("slipscale-said");
 const post = (action, fields) => request(`/do/${action}`, fields);
 
 async function ask(action, fields) {
-  const { good, said: sentence } = await post(action, fields);
+  const { good, said: sentence, started = [] } = await post(action, fields);
   say(sentence, !good);
+  passing = started;
   await refresh();
   return good;
+}
+
+// A sentence about a job that has been started lasts as long as the job; then its card says more.
+function pass() {
+  const running = document.getElementById("state").dataset.jobs.split(" ");
+  if (!passing.length || passing.some((kind) => running.includes(kind))) return;
+  passing = [];
+  say("");
 }
 
 // Asks for confirmation, and for words or a choice if needed.
@@ -190,6 +201,7 @@ async function refresh() {
     part.replaceWith(document.importNode(other, true));
     if (place >= 0) document.getElementById(part.id).querySelectorAll(FOCUSABLE)[place]?.focus();
   }
+  pass();
   const now = document.getElementById("state").dataset.state;
   document.title = now === "fault" ? `⚠ ${title}` : title;
   if (now === "fault" && state !== "fault") beep();

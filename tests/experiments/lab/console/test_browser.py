@@ -90,6 +90,7 @@ def test_a_new_folder_is_set_up_without_a_file_being_written_by_hand(page, tmp_p
         page.get_by_label("Participant's window is not full screen").check()
         page.get_by_role("button", name="Test", exact=True).click()
         page.locator("#plate-test .good").wait_for()
+        sync_api.expect(page.locator("#said")).to_be_empty()  # no "testing" beside a result
         page.get_by_role("button", name="Save").click()
         page.get_by_text("These settings are stored in slipscale.toml").wait_for()
     assert (read_lab(tmp_path).plate, read_lab(tmp_path).windowed) == ("mock", True)

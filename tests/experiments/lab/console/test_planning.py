@@ -2,6 +2,7 @@
 
 import json
 import re
+import zipfile
 
 from slipscale.commands import main
 from slipscale.experiments.lab.console.actions.folder import GRID, power_folder
@@ -50,6 +51,19 @@ def test_the_sliders_choose_a_condition_of_the_grid(visitor, words_of):
     assert "the study file has no [cost] table" in words_of(page)
 
 
+def test_a_number_of_participants_that_was_not_simulated_opens_the_nearest(visitor, lab, words_of):
+    text = study_text("biet2007").replace("participants = 12", "participants = 10")
+    (lab / "mine.toml").write_text(text)
+    (lab / "slipscale.toml").write_text('study = "mine.toml"\nplate = "serial:COM9"\n')
+    visitor.console.state.now(fresh=True)
+    computed(text, {(6, 1): 0.0, (8, 1): 0.95, (40, 1): 1.0})
+    words = words_of(visitor.see("/planning"))
+    assert "95 % of simulated studies" in words
+    assert "With fewer than 8 participants, no rank test of a pair can be significant" in words
+    assert visitor.ask("power")[0] == 200
+    assert visitor.jobs.started[0][3:6] == ("--participants", "10", "6")
+
+
 def test_equal_effects_in_everyone_are_a_warning(visitor, words_of):
     computed(study_text("biet2007"), {(12, 1): 0.6}, equal=("speed",))
     page = words_of(visitor.see("/planning"))
@@ -68,15 +82,22 @@ def test_another_text_of_the_study_has_no_power_yet(visitor, lab, words_of):
 
 def test_a_plan_is_frozen_with_the_power_and_what_a_registry_asks(visitor, lab):
     computed(study_text("biet2007"), {(12, 1): 0.6})
-    assert visitor.ask("freeze", sample_size="- a reason")[0] == 200
+    asked = {"sample_size": "- a reason", "existing_data": "none", "stopping": "after 12"}
+    for empty in asked:
+        assert "answer all three questions" in visitor.ask("freeze", **asked | {empty: " "})[1]
+    assert visitor.ask("freeze", **asked)[0] == 200
     [(_, *words)] = visitor.jobs.started
     power = str(power_folder(study_text("biet2007")))
-    options = ["--sample-size=- a reason", "--power", power]
+    stated = ["--sample-size=- a reason", "--existing-data=none", "--stopping=after 12"]
+    options = [*stated, "--power", power]
     assert words == ["study", "freeze", "biet2007", "--out", "planning/plan-001.zip", *options]
     (lab / "planning/plan-001.zip").write_bytes(b"PK")
     assert visitor.client.get("/planning/plan-001.zip").content == b"PK"
     assert visitor.client.get("/planning/plan-002.zip").status_code == 404
-    visitor.ask("freeze")
+    visitor.ask("freeze", **asked)
+    with zipfile.ZipFile(lab / "planning/plan-001.zip", "w") as bundle:
+        bundle.writestr("manifest.json", json.dumps({"digest": "ab" * 32}))
+    assert "ab" * 32 in visitor.see("/planning")
     assert "planning/plan-002.zip" in visitor.jobs.started[-1]
 
 
