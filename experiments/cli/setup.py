@@ -7,16 +7,16 @@ import shutil
 import subprocess
 import sys
 from argparse import ArgumentParser, Namespace
+from importlib.resources import files
 from importlib.util import find_spec
 from pathlib import Path
 
-import slipscale
 from slipscale.faults import ANSWER_IS_NO, DONE, UserError
 from slipscale.faults.extras import no_psychopy
 
 #: Pinned packages of a session, in the wheel: what PsychoPy requires, except 1 GB that no session
 #: imports.
-PINS = Path(slipscale.__file__).parent / "pins" / "session.txt"
+PINS = Path(str(files("slipscale"))) / "pins" / "session.txt"
 
 
 def add_setup(parser: ArgumentParser) -> None:
