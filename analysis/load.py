@@ -28,7 +28,8 @@ from slipscale.analysis.reading.dataset import Dataset
 from slipscale.analysis.reading.delimited import STANDARD_INPUT, Problems, held
 from slipscale.analysis.reading.foreign.columns import GROUP
 from slipscale.analysis.reading.foreign.files import chosen
-from slipscale.analysis.reading.foreign.layouts.layout import DIFFERENCES, ESTIMATES
+from slipscale.analysis.reading.foreign.layouts.answers import is_logarithmic
+from slipscale.analysis.reading.foreign.layouts.layout import CHOICES, DIFFERENCES, ESTIMATES
 from slipscale.analysis.reading.foreign.table import ForeignTable, read_foreign
 from slipscale.analysis.reading.labelled_tasks import (
     Entries,
@@ -354,7 +355,17 @@ def _one_rule(frame: pd.DataFrame, path: Path) -> dict[str, str]:
 def _load_foreign(paths: Sequence[Path], mapping: TableMapping, task: str | None) -> Dataset:
     problems = Problems()
     table = read_foreign(paths, mapping, problems, task)
-    data = _with_choices(_by_hand(paths, table, problems, mapping.quantity), mapping.analysis)
+    axis = {}
+    stated = {"axis", "threshold_curve"} & mapping.analysis.model_fields_set
+    answered = {CHOICES, DIFFERENCES} & set(table.trials)
+    if answered and is_logarithmic(mapping) and not stated:
+        axis = {"axis": "linear"}
+        problems.add(
+            f"{mapping.quantity.name} in {mapping.quantity.unit or 'this unit'} is already a "
+            "logarithm, so curves have a linear axis unless --axis states another"
+        )
+    data = _by_hand(paths, table, problems, mapping.quantity)
+    data = _with_choices(data, mapping.analysis, axis)
     group = mapping.columns.group
     if group is None or data.choices.group is not None:
         return data

@@ -155,7 +155,8 @@ def analysed(args: Namespace, progress: Callable[[str], None]) -> Analysis:
     except OwnResults:
         raise
     except UserError:
-        if mapping is None and (found := proposal_for(paths)) is not None:
+        unstated = mapping is None or set(meanings_in(args)) == {"sheet"}
+        if unstated and (found := proposal_for(paths, args.sheet)) is not None:
             print(harmless(str(found)))
             raise found.refusal from None
         raise

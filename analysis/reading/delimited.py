@@ -233,10 +233,10 @@ def _read_group(
     group: Sequence[tuple[int, Lines]], paths: Sequence[Path], columns: Sequence[str]
 ) -> pd.DataFrame:
     """Read and join files with the same header; add columns for the file and line of each row."""
-    first, sample = group[0]
+    first = group[0][0]
 
     def parsed(part: Sequence[tuple[int, Lines]]) -> pd.DataFrame:
-        return parse(sample, [lines.body for _, lines in part], paths[first], columns=columns)
+        return parse([lines for _, lines in part], paths[first], columns=columns)
 
     try:
         frame = _joined([parsed(part) for part in _parts(group)])
@@ -326,8 +326,7 @@ def _cut(names: Sequence[str]) -> str:
 
 
 def parse(
-    lines: Lines,
-    bodies: Sequence[bytes],
+    parts: Sequence[Lines],
     path: Path,
     *,
     columns: Sequence[str],
@@ -336,12 +335,12 @@ def parse(
 ) -> pd.DataFrame:
     """Parse rows; return all columns, or only ``columns`` if given, in the order of the file.
 
-    ``bodies`` are the rows of files with the header of ``lines``. Columns in ``words`` and
-    ``as_written`` are read as text. In ``words``, only empty cells and the BIDS code for missing
-    values count as missing.
+    ``parts`` are files with the same header. Columns in ``words`` and ``as_written`` are read as
+    text. In ``words``, only empty cells and the BIDS code for missing values count as missing.
     """
-    names, separator = filled(lines.names), lines.separator
-    text = b"".join([lines.header, b"\n", *bodies])
+    sample, separator = parts[0], parts[0].separator
+    names = filled(sample.names)
+    text = b"".join([sample.header, b"\n", *(lines.body for lines in parts)])
     # Every row is known to have as many cells as the header, which pandas does not check then.
     wanted = [name for name in columns if name in names]
     missing = {name: NOT_AVAILABLE if name in columns else MISSING for name in names}
@@ -360,6 +359,8 @@ def parse(
             low_memory=False,
             dtype=dict.fromkeys([*words, *as_written], "str"),
         )
+        if len(frame) != sum(len(lines.places) for lines in parts):
+            raise ValueError("expected one row on each line")  # noqa: TRY301 - as pandas does
     except (pd.errors.ParserError, ValueError) as error:
         raise UserError(
             "{path}: not a readable table ({error}); expected a header line and rows with as many "
@@ -372,7 +373,7 @@ def parse(
     # PsychoPy ends each line with a comma, which creates a column without a name or values.
     unnamed = [
         name
-        for name, given in zip(names, lines.names, strict=True)
+        for name, given in zip(names, sample.names, strict=True)
         if not given and frame[name].isna().all()
     ]
     return frame.drop(columns=unnamed)

@@ -211,7 +211,9 @@ def separated(text: bytes) -> tuple[bytes, str, list[int]]:
 
 def _has_row_numbers(filled: Sequence[bytes], mark: bytes) -> bool:
     """Return whether the first of two lines lacks the name of the row numbers, as R writes it."""
-    first, second = (_outside(line).count(mark) for line in (*filled, *filled)[:2])
+    if len(filled) < 2:  # noqa: PLR2004 - header and first row
+        return False
+    first, second = (_outside(line).count(mark) for line in filled)
     return second == first + 1 and filled[1].split(mark)[0].strip(b' "') == b"1"
 
 

@@ -173,7 +173,9 @@ def converted(
             cells = cells_of([table], request, file.path, marked=is_marked(table))
         frame = cells
         numbers = request.numbers_of(filled(table.names))
-        if request.everything:  # the comma at the end of each line of some programs is no column
+        if request.everything and len(
+            frame
+        ):  # the comma at the end of each line of some programs is no column
             frame = frame.dropna(axis="columns", how="all")
     else:
         numbers = request.numbers_of([name for name in table.columns if name != "line"])
@@ -233,8 +235,7 @@ def cells_of(parts: Sequence[Lines], request: Request, path: Path, *, marked: bo
     numbers = request.numbers_of(names)
     try:
         frame = parse(
-            parts[0],
-            [lines.body for lines in parts],
+            parts,
             path,
             columns=(*request.words, *numbers),
             words=request.words,

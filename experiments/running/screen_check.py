@@ -87,18 +87,19 @@ def in_each_language(plan: RunPlan) -> Iterator[RunPlan]:
 
 def every_screen(plan: RunPlan) -> Iterator[Seen]:
     """Yield the distinct screens of a run in order of first appearance."""
+    for task, step, scene in distinct_scenes(plan):
+        yield Seen(task=task, step=step, scene=scene, faults=tuple(faults(scene)))
+
+
+def distinct_scenes(plan: RunPlan) -> Iterator[tuple[str, str, Scene]]:
+    """Yield the task, the type of step and the scene of every distinct screen of a run."""
     seen: set[Scene] = set()
     for way in WAYS.values():
         for step in dry_run(plan, way):
             for scene in _scenes(step, plan):
                 if scene not in seen:
                     seen.add(scene)
-                    yield Seen(
-                        task=step.trial.task if step.trial else "",
-                        step=type(step).__name__,
-                        scene=scene,
-                        faults=tuple(faults(scene)),
-                    )
+                    yield step.trial.task if step.trial else "", type(step).__name__, scene
 
 
 def _scenes(step: Step, plan: RunPlan) -> Iterator[Scene]:

@@ -43,6 +43,13 @@ if TYPE_CHECKING:
     from slipscale.experiments.study.model import Study
 
 KEY = "texts_files"
+#: Keys of texts that studies often replace.
+EXAMPLES = (
+    "session.welcome",
+    "session.thanks",
+    "magnitude_estimation.instructions",
+    "magnitude_estimation.estimate",
+)
 MOST_NAMED = 6  # number of missing texts that a message lists
 
 
@@ -222,9 +229,11 @@ def check_own_code(language: str) -> None:
         )
     if language in languages():
         raise UserError(
-            "--language {language}: this is a shipped language; to replace individual texts, use "
-            "[texts.{language}] in the study file",
+            "--language {language}: this is a shipped language; to replace individual texts, name "
+            "their keys under [texts.{language}] in the study file, such as {keys}; slipscale lab "
+            "shows the key of every text on the study's screens",
             language=language,
+            keys=", ".join(EXAMPLES),
         )
 
 

@@ -32,6 +32,8 @@ APART = re.compile(r"(?i).*(dissim|distance|apart|differ).*")
 
 def layout_of(frame: pd.DataFrame) -> Given:
     """Return the options for a table with an unusual layout; none for one answer per row."""
+    if frame.empty:
+        return {}
     return next((given for of in LAYOUTS if (given := of(frame))), {})
 
 

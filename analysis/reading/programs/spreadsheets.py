@@ -6,6 +6,7 @@ import io
 import re
 import zipfile
 from collections.abc import Iterator, Sequence
+from functools import partial
 from itertools import islice
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -17,7 +18,7 @@ import pandas as pd
 
 from slipscale.analysis.reading.delimited import filled
 from slipscale.analysis.reading.programs.records import as_cell
-from slipscale.analysis.reading.programs.wanted import Wanted
+from slipscale.analysis.reading.programs.wanted import SeveralTables, Wanted
 from slipscale.faults import UserError
 from slipscale.faults.message import Message
 
@@ -88,7 +89,8 @@ def read_excel(content: bytes, path: Path, wanted: Wanted) -> pd.DataFrame:
             if sheet is None
             else Message("a sheet '{sheet}'", sheet=sheet)
         )
-        raise UserError(
+        titles = [found.title for found in chosen]
+        raise (partial(SeveralTables, names=titles) if titles else UserError)(
             "{path}: the sheets are {sheets}; expected {expected}",
             path=path,
             sheets=sheets,

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
+from slipscale.faults import UserError
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Wanted:
@@ -23,3 +25,11 @@ class Wanted:
     words: Sequence[str]
     sheet: str | None
     columns: Collection[str] | None = None
+
+
+class SeveralTables(UserError):
+    """Raised if a file contains several tables and none is selected; ``names`` are their names."""
+
+    def __init__(self, template: str, names: Sequence[str], **values: object) -> None:
+        super().__init__(template, **values)
+        self.names = tuple(names)

@@ -6,8 +6,9 @@ as in the window font, even if the browser uses another font.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from html import escape
+from itertools import chain, repeat
 from typing import assert_never
 
 from slipscale.experiments.participants.psychopy_window.layout import LINE, lay
@@ -29,16 +30,28 @@ from slipscale.experiments.steps.screens.scene import (
 BASELINE = 1.069
 
 
-def drawn(scene: Scene, *, width_px: int, height_px: int, name: str) -> str:
+def drawn(
+    scene: Scene,
+    *,
+    width_px: int,
+    height_px: int,
+    name: str,
+    keys: Sequence[Sequence[str]] = (),
+) -> str:
     """Return a scene as SVG, in the proportions of a screen of ``width_px`` by ``height_px``.
 
     Parameters
     ----------
     name : str
         Label of the drawing for screen readers.
+    keys : sequence
+        Keys of each item's texts; the SVG elements of the item have the first as attribute.
     """
     unit = min(height_px, width_px / DESIGN_WIDTH)
-    parts = "".join(part for item in scene for part in _parts(item))
+    parts = "".join(
+        _keyed("".join(_parts(item)), at)
+        for item, at in zip(scene, chain(keys, repeat(())), strict=False)
+    )
     return (
         f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width_px} {height_px}" role="img" '
         f'aria-label="{escape(name)}" font-family="{FONT}, sans-serif">'
@@ -46,6 +59,10 @@ def drawn(scene: Scene, *, width_px: int, height_px: int, name: str) -> str:
         f'<g transform="translate({width_px / 2:g} {height_px / 2:g}) scale({unit:g})">'
         f"{parts}</g></svg>"
     )
+
+
+def _keyed(part: str, keys: Sequence[str]) -> str:
+    return f'<g data-text="{escape(keys[0])}">{part}</g>' if keys else part
 
 
 def _parts(item: Item) -> Iterator[str]:

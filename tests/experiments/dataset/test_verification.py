@@ -385,6 +385,24 @@ def test_a_copy_beside_a_journal_is_named_with_what_it_holds(tmp_path, record_ru
     assert f"({own + len(more) // 3} records here, {own} in the original)" in told[1]
 
 
+@pytest.mark.parametrize(
+    "name",
+    [
+        "old.jsonl",
+        "sourcedata/sub-02/x.jsonl",
+        "sourcedata/sub-01/sub-01_run-01_journal.jsonl.bak",
+        "sourcedata/sub-01/sub-01_run-01_journal.jsonl~",
+    ],
+)
+def test_records_of_a_session_in_another_file_are_named(tmp_path, record_runs, name):
+    folder = record_runs(tmp_path / "data", "01")
+    build_dataset(folder)
+    (folder / name).parent.mkdir(exist_ok=True)
+    (folder / name).write_bytes(journals(folder)[0].read_bytes())
+    (told,) = map(str, verify(folder))
+    assert told.startswith(f"{name}: is not used")
+
+
 @pytest.mark.parametrize("name", ["._sub-01_run-01_journal.jsonl", ".DS_Store"])
 def test_hidden_files_of_macos_are_no_journals(tmp_path, record_runs, name):
     folder = record_runs(tmp_path / "data", "01")

@@ -227,7 +227,10 @@ def test_the_template_keeps_what_is_translated_already(study):
     assert table["session"]["welcome"] == GERMAN["session.welcome"]
     with pytest.raises(UserError, match="already exists"):
         texts(str(study), "de", out)
-    for code, told in (("fr", "is a shipped language"), ("Deutsch!", "expected a language code")):
+    for code, told in (
+        ("fr", "such as session.welcome, session.thanks, magnitude_estimation.instructions"),
+        ("Deutsch!", "expected a language code"),
+    ):
         with pytest.raises(UserError, match=told):
             texts(str(study), code, out.with_name("other.toml"))
 

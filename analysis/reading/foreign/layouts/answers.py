@@ -72,6 +72,7 @@ def convert_trials(rows: Rows) -> Mapping[str, pd.DataFrame]:
     frame = frame.assign(**{name: tidied(frame[name]) for name in names})
     for name in (PARTICIPANT, "factor"):
         frame = _without_blanks(rows.of(frame), name)
+    _check_factor(rows.of(frame))
     frame = in_order(frame, problems)
     signed = _check_levels(rows.of(frame), answered=answered)
     quantity, factors = mapping.quantity, ["factor"]
@@ -159,6 +160,22 @@ def _without_blanks(rows: Rows, name: str) -> pd.DataFrame:
     return frame[~blank].reset_index(drop=True)
 
 
+def _check_factor(rows: Rows) -> None:
+    """Raise `UserError` if every participant has only one value of the factor."""
+    frame = rows.frame
+    if "factor" not in frame:
+        return
+    values = frame.groupby(PARTICIPANT, observed=True)["factor"].nunique()
+    if len(values) > 1 and values.max() == 1 < frame["factor"].nunique():
+        raise UserError(
+            "column {column}: each participant has only one value, so the column differs between "
+            "people and is no factor; expected a condition that varies within participants. To "
+            "compare groups of people, use --group {column}; to analyse one group, --only "
+            "{column}=VALUE",
+            column=rows.problems.title("factor"),
+        )
+
+
 def _check_levels(rows: Rows, *, answered: bool) -> bool:
     """Return whether the levels are offsets to both sides of a standard.
 
@@ -187,13 +204,18 @@ def _check_levels(rows: Rows, *, answered: bool) -> bool:
             least=f"{levels.min():g} {unit}".rstrip(),
             way=way,
         )
-    if not signed and LOGARITHMIC.search(f"{unit} {name}"):
+    if not (signed or answered) and is_logarithmic(mapping):
         problems.add(
             f"{name} in {unit or 'this unit'} is already a logarithm, so "
             "exponents and growth functions do not refer to the underlying quantity; convert the "
             "levels first."
         )
     return signed
+
+
+def is_logarithmic(mapping: TableMapping) -> bool:
+    """Return whether the unit or the name of the levels is that of a logarithm, such as dB."""
+    return bool(LOGARITHMIC.search(f"{mapping.stimulus.unit} {mapping.quantity.name}"))
 
 
 def _tasks(choices: pd.DataFrame, mapping: TableMapping, problems: Problems) -> pd.Series[str]:

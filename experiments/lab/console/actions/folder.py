@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated
 
@@ -19,12 +20,15 @@ from slipscale.experiments.lab.console.actions.forms import (
     text_hash,
     unused,
 )
+from slipscale.experiments.lab.console.own_text import with_texts
 from slipscale.experiments.lab.console.state import PLANNING, Snapshot, frozen_plans
-from slipscale.experiments.lab.folder import FILE, LabFile, lab_text, write_settings
+from slipscale.experiments.lab.console.study_changes import Change, changed
+from slipscale.experiments.lab.folder import FILE, LabFile, lab_text, read_lab, write_settings
 from slipscale.experiments.running.run_state import studies
 from slipscale.experiments.study.file import parse_whole, shipped_studies, study_text
 from slipscale.faults import UserError
 from slipscale.faults.message import Message
+from slipscale.faults.toml_file import toml_table
 
 # Values of the planning sliders, which require less than a minute of computing time.
 GRID = (
@@ -96,11 +100,23 @@ class Study(Form):
     before: Digest
 
 
+class OwnText(Form):
+    """Change one text of the study in each language; see `with_texts`."""
+
+    key: Annotated[str, Field(max_length=200)]
+    texts: dict[Annotated[str, Field(max_length=40)], Annotated[str, Field(max_length=20_000)]]
+    before: Digest
+
+
 class Copy(Form):
-    """Copy the study under another name."""
+    """Copy the study under another name, and use the copy in this folder.
+
+    ``template`` is the shipped study on which the text is based; empty for the folder's own study.
+    """
 
     name: Annotated[str, Field(pattern="^[A-Za-z][A-Za-z0-9_-]{0,60}$")]
     text: Annotated[str, Field(max_length=LARGEST_STUDY)]
+    template: Annotated[str, Field(max_length=100)] = ""
 
 
 def power_folder(study_text: str) -> Path:
@@ -169,6 +185,12 @@ def _save(desk: Desk, request: Study) -> str:
     return Message("saved: {path_name}", path_name=path.name)
 
 
+def _own_text(desk: Desk, request: OwnText) -> str:
+    path = _study_file(desk.state.now(fresh=True))
+    text = with_texts(study_text(str(path)), request.key, request.texts)
+    return _save(desk, Study(text=text, before=request.before))
+
+
 def _study_file(found: Snapshot) -> Path:
     """Return the path of the study file; raise `UserError` if it may not be edited."""
     if why := found.problem if found.defaults.file is None else why_not_edited(found):
@@ -177,16 +199,38 @@ def _study_file(found: Snapshot) -> Path:
 
 
 def _copy(desk: Desk, request: Copy) -> str:
-    desk.now()
+    found = desk.now()
     path = Path(f"{request.name}.toml")
     if path.exists() or request.name in shipped_studies():
         raise UserError("{path}: already exists; choose another name", path=path)
     parse_whole(request.text, path.name)
     label = re.sub("[^A-Za-z0-9]+", "_", request.name)
     text = re.sub(r"(?m)^name\s*=.*$", f'name = "{label}"', request.text, count=1)
+    original = toml_table(study_text(request.template or found.defaults.study), path.name)
+    text = _without_authors(text, original, request.name)
     parse_whole(text, path.name)
     write_file(path, text)
-    return Message("wrote {path}; to use it, select it on the Settings page", path=path)
+    lab = read_lab(Path())
+    try:
+        desk.check_free(found)
+    except UserError:
+        lab = None
+    if lab is None:
+        return Message("wrote {path}; to use it, select it on the Settings page", path=path)
+    write_settings(Path(), lab.model_copy(update={"study": str(path)}))
+    desk.now()
+    return Message(
+        "wrote {path}, which this folder now uses; enter its title and its authors", path=path
+    )
+
+
+def _without_authors(text: str, original: Mapping[str, object], name: str) -> str:
+    """Remove the original's authors from a copy; replace its title by the copy's name."""
+    own = toml_table(text, name)
+    for key, value in (("authors", ""), ("title", name)):
+        if key in own and own[key] == original.get(key):
+            text = changed(text, Change(what="set", place=(key,), value=value))
+    return text
 
 
 ACTIONS: Actions = {
@@ -196,5 +240,6 @@ ACTIONS: Actions = {
     "freeze": (Freeze, _freeze),
     "pilot": (Pilot, _pilot),
     "save": (Study, _save),
+    "text": (OwnText, _own_text),
     "copy": (Copy, _copy),
 }

@@ -3,14 +3,19 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 
+from slipscale.experiments.lab.console.actions.forms import text_hash
 from slipscale.experiments.lab.console.jobs import Jobs
+from slipscale.experiments.lab.console.pages.own_text import edited_plan, own_text
 from slipscale.experiments.lab.console.pages.view import View, plan_of, titles_of
 from slipscale.experiments.lab.console.state import findings
 from slipscale.experiments.participants.psychopy_window.drawing import drawn
-from slipscale.experiments.running.screen_check import Seen, every_screen, in_each_language
+from slipscale.experiments.running.screen_check import in_each_language
+from slipscale.experiments.running.screen_keys import KeyedScreen, keyed_screens
+from slipscale.experiments.study.file import study_text
 from slipscale.experiments.study.run_plan import RunPlan
 from slipscale.faults import UserError
 
@@ -21,11 +26,15 @@ SIZE = re.compile(r"([0-9]{3,4})x([0-9]{3,4})")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Picture:
-    """A screen on the page: its title, an SVG drawing, and the reasons why it is not readable."""
+    """A screen on the page: its title, an SVG drawing, and the reasons why it is not readable.
+
+    ``keys`` are the keys of the texts on the screen.
+    """
 
     title: str
     svg: str
     faults: tuple[str, ...]
+    keys: tuple[str, ...]
 
 
 def screens(view: View) -> dict[str, object]:
@@ -42,6 +51,7 @@ def screens(view: View) -> dict[str, object]:
         "checked": checked,
         "sizes": sorted({*SIZES, size, *filter(None, [checked])}, key=_pixels),
         "fault": "",
+        "own": None,
     }
     if found.study is None:
         return shown
@@ -53,9 +63,15 @@ def screens(view: View) -> dict[str, object]:
     language = view.query.get("screens", "")
     language = language if language in plans else next(iter(plans))
     titles = titles_of(found, t)
+    own = own_text(view, plans)
+    listed: Sequence[KeyedScreen] = seen[language]
+    if own is not None:
+        listed = _showing(own.key, edited_plan(plans[language], own) if own.study_text else None)
     width_px, height_px = _pixels(size)
     return shown | {
         "language": language,
+        "own": own,
+        "before": text_hash(study_text(found.defaults.study)) if own else "",
         "languages": [(name, sum(bool(s.faults) for s in all_)) for name, all_ in seen.items()],
         "pictures": [
             Picture(
@@ -65,20 +81,27 @@ def screens(view: View) -> dict[str, object]:
                     width_px=width_px,
                     height_px=height_px,
                     name=t("screens.picture", number=number, title=title),
+                    keys=screen.keys,
                 ),
                 faults=screen.faults,
+                keys=tuple(dict.fromkeys(key for each in screen.keys for key in each)),
             )
-            for number, screen in enumerate(seen[language], start=1)
+            for number, screen in enumerate(listed, start=1)
         ],
     }
 
 
 @lru_cache(maxsize=32)
-def _all_of(plan: RunPlan) -> tuple[Seen, ...]:
-    return tuple(every_screen(plan))
+def _all_of(plan: RunPlan) -> tuple[KeyedScreen, ...]:
+    return tuple(keyed_screens(plan))
 
 
-def _title(view: View, titles: dict[str, str], screen: Seen) -> str:
+def _showing(key: str, plan: RunPlan | None) -> list[KeyedScreen]:
+    """Return the screens of a plan that show a text; empty without a plan."""
+    return [each for each in (_all_of(plan) if plan else ()) if any(key in at for at in each.keys)]
+
+
+def _title(view: View, titles: dict[str, str], screen: KeyedScreen) -> str:
     kind = view.t.known(f"screens.{screen.step}", screen.step)
     return f"{titles[screen.task]}: {kind}" if screen.task in titles else kind
 

@@ -7,6 +7,7 @@ const sure = document.getElementById("sure");
 const title = document.title;
 const PAUSE_MS = 400; // typed text is checked after a pause of this length
 const FOCUSABLE = "button, a, select, input:not([type=hidden])";
+const MOST_UNDONE = 20; // changes of a study
 const AGAIN_MS = 2000; // the browser does not retry a rejected stream
 let state = document.getElementById("state").dataset.state;
 
@@ -24,6 +25,10 @@ async function request(path, fields) {
   const told = answer ? await answer.json().catch(() => ({ said: "?" })) : { said: document.body.dataset.lost };
   return { good: Boolean(answer && answer.ok), ...told };
 }
+
+// What an action said before it led to this page.
+say(sessionStorage.getItem("slipscale-said") || "");
+sessionStorage.removeItem("slipscale-said");
 
 const post = (action, fields) => request(`/do/${action}`, fields);
 
@@ -80,6 +85,15 @@ document.addEventListener("click", async (event) => {
   if (more) await ask(button.dataset.do, { ...JSON.parse(button.dataset.fields), ...more });
 });
 
+// A text on a picture of a screen leads to its form.
+document.addEventListener("click", (event) => {
+  const text = event.target.closest("[data-text]");
+  const link = text && text.closest("figure").querySelector(`a[href*="key=${CSS.escape(text.dataset.text)}&"]`);
+  if (!link) return;
+  event.preventDefault();
+  location.assign(link.href);
+});
+
 // What a filter or slider chooses is a part of the address, so that every renewal keeps it.
 let choosing = 0;
 document.addEventListener("input", ({ target }) => {
@@ -95,6 +109,11 @@ document.addEventListener("input", ({ target }) => {
   }, PAUSE_MS / 2);
 });
 
+// Somebody may type before this script runs.
+for (const input of document.querySelectorAll("[data-filter] textarea")) {
+  if (input.value !== input.defaultValue) input.dispatchEvent(new Event("input", { bubbles: true }));
+}
+
 // A file's content is its text in base64.
 function contentOf(file) {
   const reader = new FileReader();
@@ -106,7 +125,7 @@ function contentOf(file) {
 }
 
 function valueOf(input) {
-  if (input.type === "file") return contentOf(input.files[0]);
+  if (input.type === "file") return Promise.all([...input.files].map(contentOf));
   if (input.type === "checkbox") return input.checked;
   return input.type === "number" ? Number(input.value) : input.value;
 }
@@ -116,8 +135,9 @@ document.addEventListener("submit", async (event) => {
   const form = event.target.closest("[data-form]");
   if (!form) return;
   event.preventDefault();
-  const inputs = [...form.elements].filter((input) => input.name);
-  const large = inputs.find((input) => input.files?.[0]?.size > Number(input.dataset.most));
+  const inputs = [...form.elements].filter((input) => input.name && !("skip" in input.dataset));
+  const sizeOf = (input) => [...(input.files ?? [])].reduce((sum, file) => sum + file.size, 0);
+  const large = inputs.find((input) => sizeOf(input) > Number(input.dataset.most));
   if (large) return say(large.dataset.tooLarge, true);
   const fields = {};
   for (const input of inputs) {
@@ -128,7 +148,10 @@ document.addEventListener("submit", async (event) => {
   if ("once" in form.dataset) form.reset();
   if (!form.dataset.more) {
     const good = await ask(event.submitter?.value || form.dataset.form, fields);
-    if (good && form.dataset.to) location.assign(form.dataset.to);
+    if (good && form.dataset.to) {
+      sessionStorage.setItem("slipscale-said", said.textContent);
+      location.assign(form.dataset.to);
+    }
     return;
   }
   const { good, said: sentence } = await post(form.dataset.form, { [form.id]: fields, ...JSON.parse(form.dataset.more) });
@@ -158,6 +181,7 @@ async function refresh() {
   if (fresh.body.dataset.console !== document.body.dataset.console) return location.reload();
   for (const part of document.querySelectorAll("[data-live]")) {
     const other = fresh.getElementById(part.id);
+    for (const each of part.querySelectorAll("details[open]")) fresh.getElementById(each.id)?.setAttribute("open", "");
     if (!other || other.outerHTML === part.outerHTML) continue;
     const focused = part.contains(document.activeElement) ? document.activeElement : null;
     // Do not replace an input in which somebody is typing.
@@ -231,6 +255,10 @@ if (study) {
   const tabs = [...study.querySelectorAll("[role=tab]")];
   const { template } = study.dataset;
   const timers = new Map(); // of what is typed into, until nobody types
+  const undo = document.getElementById("study-undo");
+  const kept = `slipscale-undo:${template || study.dataset.name}`;
+  const before = JSON.parse(sessionStorage.getItem(kept) || "[]"); // earlier texts, the last one last
+  let last = text.value; // the text of the last change
   let wrong = new Set();
   let queue = Promise.resolve();
 
@@ -249,12 +277,27 @@ if (study) {
     if (!answer.good) return say(answer.said, true);
     if (text.value !== judged) return change ? send(change) : undefined; // typed on meanwhile
     if (change) { text.value = answer.text; say(""); }
+    remember();
     wrong = new Set(answer.faults.map(([line]) => line));
     faults.textContent = answer.faults.map(([, sentence]) => sentence).join("\n");
     renew(answer.html);
     number();
     later();
   };
+  const remember = (undone = false) => {
+    if (!undone && text.value !== last) before.push(last);
+    before.splice(0, before.length - MOST_UNDONE);
+    last = text.value;
+    if (undo) undo.disabled = !before.length;
+    sessionStorage.setItem(kept, JSON.stringify(before));
+  };
+  undo?.addEventListener("click", async () => {
+    await queue;
+    if (!before.length) return;
+    text.value = last = before.pop();
+    remember(true);
+    edit();
+  });
   const edit = (change = null) => { queue = queue.then(() => send(change)); return queue; };
   const later = async () => {
     const judged = text.value;
@@ -347,17 +390,20 @@ if (study) {
       await Promise.all([...timers.keys()].filter((id) => id !== text.id).map((id) => set(document.getElementById(id))));
       await queue;
       const action = button.dataset.study;
-      const more = action === "copy" ? { name: study.elements.name.value } : { before: study.dataset.before };
+      const more = action === "copy" ? { name: study.elements.name.value, template } : { before: study.dataset.before };
       const { good, said: sentence } = await post(action, { text: text.value, ...more });
       faults.textContent = good ? "" : sentence;
-      say(good ? sentence : "");
-      if (good) text.defaultValue = text.value; // nothing is unsaved
-      if (good && action === "save") location.reload();
+      say(sentence, !good);
+      if (!good) return;
+      text.defaultValue = text.value; // nothing is unsaved
+      sessionStorage.setItem("slipscale-said", sentence);
+      location.assign("/study"); // a copy is the study in use
     });
   }
   addEventListener("beforeunload", (event) => { if (text.value !== text.defaultValue) event.preventDefault(); });
   text.addEventListener("scroll", () => { lines.scrollTop = text.scrollTop; });
   study.addEventListener("submit", (event) => event.preventDefault());
+  remember();
   number();
   later();
 }

@@ -142,7 +142,7 @@ def test_the_screens_of_a_study_are_looked_at_with_the_keyboard_alone(page, tmp_
         page.wait_for_url("**screens=fr**")  # and until it is loaded: before, pictures are wide
         page.get_by_text("écrans sont lisibles").wait_for()
         small = page.get_by_role("img").nth(2).bounding_box()["width"]
-        page.locator(".screens a").nth(2).press("Enter")
+        page.locator(".screens figure > a").nth(2).press("Enter")
         page.wait_for_url("**#screen-3")
         third = page.get_by_role("img").nth(2)
         wait_until(page, lambda: third.bounding_box()["width"] > 1.5 * small)
@@ -214,10 +214,64 @@ def test_a_study_is_written_in_the_form_with_keyboard_and_mouse(page, tmp_path):
         expect(page.locator("#study-faults")).to_be_empty()
         page.get_by_label("Name of the copy").fill("own")
         page.get_by_role("button", name="Save as a copy").press("Enter")
-        page.get_by_text("select it on the Settings page").wait_for()
+        page.get_by_text("which this folder now uses").wait_for()
+        expect(page.get_by_role("heading", level=1)).to_have_text("own")
+        assert page.locator("#said").bounding_box()["y"] >= 0
+        page.evaluate("scrollTo(0, document.body.scrollHeight)")
+        assert page.locator("#said").bounding_box()["y"] >= 0  # whatever is in view
     study = read_study(str(tmp_path / "own.toml"))[0]
     assert (study.name, study.participants) == ("own", 5)
     assert [task.protocol for task in study.tasks] == ["matching", "magnitude_estimation"]
+    assert read_lab(tmp_path).study == "own.toml"
+    assert page.complaints == []
+
+
+def test_a_text_is_changed_on_the_picture_of_its_screen_in_both_languages(page, tmp_path):
+    text = read_study("matching")[1].replace('name = "matching"', 'name = "mine"')
+    (tmp_path / "mine.toml").write_text(text)
+    init(tmp_path, {"study": "mine.toml"}, None)
+    expect = sync_api.expect
+    with console(tmp_path) as (_, address):
+        page.goto(address)
+        page.goto(address.partition("/?")[0] + "/screens")
+        page.locator("[data-text='session.welcome_title']").first.click()
+        page.get_by_label("en", exact=True).fill("Good morning")
+        expect(page.locator("svg [data-text='session.welcome_title']")).to_have_text("Good morning")
+        page.get_by_label("fr", exact=True).fill("Bonjour")
+        page.get_by_role("button", name="Save").press("Enter")
+        page.wait_for_url("**/screens?screens=en**")
+        page.locator("#said").get_by_text("saved: mine.toml").wait_for()
+        expect(page.locator("ol.screens li").first).to_contain_text("Good morning")
+        page.locator("#texts-1 summary").press("Enter")
+        page.evaluate("refresh()")  # a renewed page keeps open what is open
+        page.get_by_role("link", name="session.welcome_title").press("Enter")
+        expect(page.get_by_label("fr", exact=True)).to_have_value("Bonjour")
+    own = read_study(str(tmp_path / "mine.toml"))[0].texts
+    assert own["en"] == {"session": {"welcome_title": "Good morning"}}
+    assert own["fr"] == {"session": {"welcome_title": "Bonjour"}}
+    assert page.complaints == []
+
+
+def test_the_last_changes_of_a_study_are_undone_one_by_one(page, tmp_path):
+    init(tmp_path, {"study": "matching"}, None)
+    expect = sync_api.expect
+    with console(tmp_path) as (_, address):
+        page.goto(address)
+        page.get_by_role("link", name="Study", exact=True).press("Enter")
+        people, text = (
+            page.get_by_label("participants", exact=False).first,
+            page.locator("textarea#study-text"),
+        )
+        first = people.input_value()
+        undo = page.get_by_role("button", name="Undo the last change")
+        expect(undo).to_be_disabled()
+        for count in ("6", "7"):
+            people.fill(count)
+            expect(text).to_have_value(re.compile(f"participants = {count}"))
+        for count in ("6", first):
+            undo.press("Enter")
+            expect(people).to_have_value(count)
+        expect(undo).to_be_disabled()
     assert page.complaints == []
 
 
@@ -472,7 +526,7 @@ def a_study_is_written_in_the_form(page):
     page.locator("#study-timeline").get_by_text("3 trials").first.wait_for()
     page.get_by_label("Name of the copy").fill("day")
     page.get_by_role("button", name="Save as a copy").click()
-    page.get_by_text("select it on the Settings page").wait_for()
+    page.get_by_text("which this folder now uses").wait_for()
 
 
 def an_emulated_board_is_calibrated(page, lab):

@@ -4,7 +4,7 @@ import re
 
 import pytest
 
-from slipscale.experiments.study.file import study_text
+from slipscale.experiments.study.file import read_study, study_text
 
 LONG = "Please say how often you touch smooth things with your bare finger. " * 8
 
@@ -67,3 +67,59 @@ def test_the_size_of_the_screen_that_the_checklist_found_comes_first(visitor, ow
 def test_a_study_that_cannot_be_rehearsed_is_told_in_words(visitor, own_study, monkeypatch):
     own_study.write_text("name = 1")
     assert "mine.toml" in visitor.see("/screens")
+
+
+WELCOME = "/screens?key=session.welcome_title"
+
+
+def before_of(visitor):
+    return re.search(r'name="before" value="([0-9a-f]{64})"', visitor.see(WELCOME))[1]
+
+
+def test_every_picture_names_its_texts_and_each_leads_to_its_form(visitor, own_study, words_of):
+    page = visitor.see("/screens")
+    assert '<g data-text="session.welcome_title">' in page
+    assert "?key=magnitude_estimation.instructions&amp;screens=en" in page
+    form = visitor.see(WELCOME)
+    assert len(labels(form)) == 1
+    assert "at most 1 lines of some 44 letters" in words_of(form)
+    assert re.search(r'<textarea id="text-en".*?>\s*Welcome</textarea>', form, re.DOTALL)
+    assert re.search(r'<textarea id="text-fr".*?>\s*Bienvenue</textarea>', form, re.DOTALL)
+    assert len(labels(visitor.see("/screens?key=no.such.text"))) == 16
+
+
+def test_what_is_typed_is_seen_before_it_is_saved(visitor, own_study, words_of):
+    before = own_study.read_text()
+    page = visitor.see(f"{WELCOME}&en=Good+morning")
+    assert "Good morning</text>" in page
+    assert "Welcome</text>" not in page
+    told = words_of(visitor.see("/screens?key=session.welcome&en=Hello+%7Bname%7D"))
+    assert "unknown placeholders or unbalanced braces" in told
+    assert "too long" in words_of(visitor.see(f"{WELCOME}&en={'long+' * 30}"))
+    assert own_study.read_text() == before
+
+
+def test_texts_are_saved_by_language_and_an_empty_one_is_that_of_slipscale(visitor, own_study):
+    texts = {"en": "Good morning", "fr": "Bonjour"}
+    asked = {"key": "session.welcome_title", "before": before_of(visitor)}
+    assert visitor.ask("text", **asked, texts=texts)[0] == 200
+    study = read_study(str(own_study))[0]
+    assert {each: study.texts[each]["session"]["welcome_title"] for each in texts} == texts
+    assert "# " in own_study.read_text()  # comments stay
+    assert "changed on disk" in visitor.ask("text", **asked, texts=texts)[1]
+    asked["before"] = before_of(visitor)
+    assert visitor.ask("text", **asked, texts={"en": "", "fr": "Bienvenue"})[0] == 200
+    assert "Good morning" not in visitor.see("/screens")
+    asked["before"] = before_of(visitor)
+    status, said = visitor.ask("text", **asked, texts={"en": "{nobody}"})
+    assert (status, "available placeholders" in said) == (409, True)
+
+
+def test_a_text_of_a_shipped_study_is_not_changed(visitor, lab, words_of):
+    (lab / "slipscale.toml").write_text('study = "matching"\nplate = "serial:COM9"\n')
+    visitor.console.state.now(fresh=True)
+    page = visitor.see(WELCOME)
+    assert "make a copy" in words_of(page)
+    assert "readonly" in page
+    asked = {"key": "session.welcome_title", "before": before_of(visitor)}
+    assert visitor.ask("text", **asked, texts={"en": "x"})[0] == 409

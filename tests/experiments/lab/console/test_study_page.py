@@ -6,8 +6,9 @@ import re
 import pytest
 
 from slipscale.experiments.journal.plan_and_progress import read_plan
+from slipscale.experiments.lab.folder import read_lab
 from slipscale.experiments.languages.texts import to_translate
-from slipscale.experiments.study.file import study_text
+from slipscale.experiments.study.file import read_study, study_text
 
 
 @pytest.fixture
@@ -102,6 +103,33 @@ def test_any_shipped_study_is_the_beginning_of_ones_own(visitor, lab, words_of):
     assert "This is the shipped study" not in words_of(visitor.see("/study?from=../secret"))
     assert visitor.ask("copy", name="own", text=study_text("matching"))[0] == 200
     assert 'name = "own"' in (lab / "own.toml").read_text()
+
+
+@pytest.mark.parametrize(
+    "title, kept", [("Grip force and slip", "other"), ("A title of my own", "A title of my own")]
+)
+def test_a_copy_is_used_at_once_and_has_no_title_or_authors_of_the_original(
+    visitor, lab, own_study, title, kept
+):
+    head = 'title = "Grip force and slip"\nauthors = ["A. N. Other"]\n'
+    original = re.sub(r"(?m)^title = .*\n(authors = .*\n)?", head, own_study.read_text())
+    own_study.write_text(original)
+    visitor.console.state.now(fresh=True)
+    text = original.replace("Grip force and slip", title)
+    status, said = visitor.ask("copy", name="other", text=text)
+    assert (status, "which this folder now uses" in said) == (200, True)
+    study = read_study(str(lab / "other.toml"))[0]
+    assert (study.title, study.authors) == (kept, ())
+    assert read_lab(lab).study == "other.toml"
+
+
+def test_a_copy_during_a_session_is_written_but_not_used(visitor, lab, session, status):
+    with session(status):
+        assert (
+            "select it on the Settings page"
+            in visitor.ask("copy", name="mine", text=study_text("matching"), template="matching")[1]
+        )
+    assert read_lab(lab).study != "mine.toml"
 
 
 def test_the_study_is_compared_with_the_version_of_the_last_run(visitor, recorded, lab, words_of):
