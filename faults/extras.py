@@ -61,7 +61,8 @@ def how_to_install(module: str) -> str | None:
 
 def no_psychopy() -> Message | None:
     """Explain why this Python cannot install PsychoPy, or return None if it can."""
-    if sys.version_info[:2] <= PSYCHOPY_UP_TO:
+    version: tuple[int, ...] = sys.version_info[:2]
+    if version <= PSYCHOPY_UP_TO:
         return None
     return Message(
         "needs PsychoPy, which has no release for Python {version}; install Slipscale with Python "

@@ -123,8 +123,8 @@ def test_the_participant_in_the_name_of_a_compressed_file_has_no_ending(tmp_path
     assert load(tmp_path, **given).people == {"s1", "s2"}
 
 
-#: Content of a file that cannot be read, and the way that is named, keyed by file name. A compressed
-#: file contains the time, so it must not be part of a test's name.
+#: Content of a file that cannot be read, and the way that is named, keyed by file name. Compressed
+#: files contain the time, so they must not be part of the name of a test.
 REFUSED = {
     "two.zip": (zipped(a=CSV, b=CSV), "contains a.csv, b.csv; expected one table"),
     "cut.csv.gz": (FORMS["s.csv.gz"][:-9], "cannot be unpacked"),
