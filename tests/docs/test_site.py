@@ -246,7 +246,7 @@ def test_the_gallery_shows_a_figure_of_each_study():
 def test_the_page_on_the_environment_lists_each_variable_that_the_package_reads_or_sets():
     page = (ROOT / "docs/reference/environment.md").read_text(encoding="utf-8")
     listed = set(
-        re.findall(r"`([A-Z_]+)`", page.partition("## Environment")[2].partition("Proxies")[0])
+        re.findall(r"`([A-Z_0-9]+)`", page.partition("## Environment")[2].partition("Proxies")[0])
     )
     own = re.compile(r"environ(?:\.get|\.setdefault)?[\[(]\"(\w+)\"|\"(\w+)\" in os\.environ")
     used = {
