@@ -96,6 +96,9 @@ def convert_trials(rows: Rows) -> Mapping[str, pd.DataFrame]:
         kind, levels = DIFFERENCES, (STIMULUS, REFERENCE)
         if method := _method(read, mapping, signed=signed):
             kind, levels = CHOICES, ("track_level", "standard_level")
+            complete = read[[STIMULUS, REFERENCE]].notna().all(axis=1)
+            if unanswered := int((complete & read["difference_felt"].isna()).sum()):
+                problems.add(f"{unanswered} of {len(read)} trials without an answer are omitted")
             read = _choices(read, method, mapping)
             read["task"] = _tasks(read, mapping, problems)
         else:
