@@ -220,7 +220,7 @@ def _has_row_names(filled: Sequence[bytes], mark: bytes) -> bool:
 
     Row names are in quotation marks like the names of the columns, or are numbers from 1.
     """
-    header, *rows = filled
+    header, *rows = filled or [b""]
     if not rows or any(_outside(r).count(mark) != _outside(header).count(mark) + 1 for r in rows):
         return False
     names = [row.split(mark)[0].strip() for row in rows]
