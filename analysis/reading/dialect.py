@@ -201,7 +201,7 @@ def separated(text: bytes) -> tuple[bytes, str, list[int]]:
             barred = (line.strip().removeprefix(mark) for line in LINES.split(text))
             bare = (b"" if RULE.fullmatch(line) else line.removesuffix(mark) for line in barred)
             return b"\n".join(bare), separator, above
-        if _has_row_numbers(filled, mark):
+        if _has_row_names(_filled_lines(text, FIRST), mark):
             return text.replace(filled[0], mark + filled[0], 1), separator, above
         return text, separator, above
     widths = [len(BLANKS.sub(b" ", _outside(line)).split()) for line in filled]
@@ -215,12 +215,17 @@ def separated(text: bytes) -> tuple[bytes, str, list[int]]:
     return b"\n".join(tabs), "\t", above
 
 
-def _has_row_numbers(filled: Sequence[bytes], mark: bytes) -> bool:
-    """Return whether the first of two lines lacks the name of the row numbers, as R writes it."""
-    if len(filled) < 2:  # noqa: PLR2004 - header and first row
+def _has_row_names(filled: Sequence[bytes], mark: bytes) -> bool:
+    """Return whether the first line lacks the name of the row names, as R writes it.
+
+    Row names are in quotation marks like the names of the columns, or are numbers from 1.
+    """
+    header, *rows = filled or [b""]
+    if not rows or any(_outside(r).count(mark) != _outside(header).count(mark) + 1 for r in rows):
         return False
-    first, second = (_outside(line).count(mark) for line in filled)
-    return second == first + 1 and filled[1].split(mark)[0].strip(b' "') == b"1"
+    names = [row.split(mark)[0].strip() for row in rows]
+    quoted = all(name.startswith(b'"') for name in (header, *names))
+    return names[0].strip(b'"') == b"1" or (quoted and len(set(names)) == len(names) > 1)
 
 
 def _without_titles(text: bytes) -> tuple[bytes, list[int]]:

@@ -93,19 +93,23 @@ def check_labels(labels: Sequence[str], column: str, file: str) -> list[str]:
 def check_levels(levels: pd.Series[float], file: str) -> None:
     """Raise `UserError` if a level is probably a code for a missing value.
 
-    One level far from all others would decide where the levels lie, and with it the analysis.
+    One level far from all others would decide where the levels lie, and with it the analysis. So
+    would a code such as -99 that is the only level below 0.
     """
     sizes = levels.dropna().abs()
     codes = sizes.isin(MISSING_CODES)
     largest = sizes[~codes].max()
     for code in sorted(set(levels.dropna()[codes])):
-        if abs(code) > MUCH_FARTHER * largest:
+        alone = code < 0 <= levels[~levels.isin([code])].min()
+        if abs(code) > MUCH_FARTHER * largest or alone:
             raise UserError(
                 "{file}: the level {code:g} is probably a code for a missing value, because the "
-                "other levels reach only {largest:g}; leave these cells empty, or remove the rows",
+                "other levels lie between {least:g} and {largest:g}; leave these cells empty, or "
+                "remove the rows",
                 file=file,
                 code=code,
-                largest=largest,
+                least=levels.dropna()[~codes].min(),
+                largest=levels.dropna()[~codes].max(),
             )
 
 

@@ -39,6 +39,8 @@ from slipscale.analysis.reading.suspicions import check_labels
 from slipscale.analysis.reading.table_lines import Lines, complain, listed_lines, plain, split
 from slipscale.faults import UserError
 
+#: Columns that contain the place of each row.
+PLACES = frozenset({"file", "line"})
 #: A number with a percent sign.
 PERCENT = r"[+-]?[\d.,]+\s*%"
 #: Codes that other programs use for missing identifiers. The BIDS code and blank cells always count
@@ -143,6 +145,13 @@ def open_table(
     path: Path, request: Request, problems: Problems, root: Path | None = None
 ) -> Opened:
     """Read a file and check that it has the required columns; see `read_table`."""
+    if taken := sorted({*request.words, *request.numbers} & PLACES):
+        raise UserError(
+            "{path}: a column to read is called {name}, which Slipscale uses for the place of each "
+            "row; rename this column",
+            path=path,
+            name=taken[0],
+        )
     content, source = read_source(path, root if root and root.is_dir() else path.parent)
     content, inner = unpacked(content, path)
     program = program_of(content, inner)

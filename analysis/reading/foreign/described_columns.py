@@ -18,7 +18,8 @@ LISTED, MOST_LEVELS = 8, 30
 FEWEST_LEVELS, FEWEST_COUNTED = 3, 13
 #: Names of columns that count trials or contain times.
 NO_LEVELS = re.compile(
-    r"(?i)this(rep|trial)?n$|(^|[._ ])(rt|time|index|trial|block|run|session|age)|time$|_nr$"
+    r"(?i)this(rep|trial)?n$|(^|[._ ])(rt|time|index|trial|block|run|session|age|rep(etition)?$)"
+    r"|time$|_nr$"
 )
 #: Names of columns that contain levels, even of many different ones.
 LEVELS = re.compile(
@@ -103,7 +104,8 @@ def levels_in(
     likely = [column for column in varied if column.like_levels or column in named]
     apart = [c for c in likely if c in named or not _counts(frame[c.name], who)]
     if apart:
-        return apart, True
+        only_named = [column for column in apart if column in named]
+        return only_named if len(only_named) == 1 else apart, True
     return likely or varied, False
 
 

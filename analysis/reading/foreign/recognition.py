@@ -118,15 +118,21 @@ def _wide(frame: pd.DataFrame) -> Given:
     groups: dict[str, list[str]] = {}
     for name in map(str, frame.columns):
         found = NUMBERED.fullmatch(name)
-        if found and found[1].strip() and _numeric(frame[name]):
+        if found and _numeric(frame[name]):
             groups.setdefault(found[1], []).append(name)
+    if list(map(str, frame.columns)) == _places(frame.shape[1]):
+        return {}  # the names of columns without a header
     levels = max(groups.values(), key=len, default=[])
     numbers = [name.removeprefix(str(NUMBERED.fullmatch(name)[1])) for name in levels]  # type: ignore[index]
     # Questions are numbered 1, 2, 3.
-    if len(levels) < FEWEST or numbers == [str(place + 1) for place in range(len(levels))]:
+    if len(levels) < FEWEST or numbers == _places(len(levels)):
         return {}
     counted = [name for name in map(str, frame.columns) if ALL_ANSWERS.fullmatch(name)]
     return {"levels": levels} | ({"n": counted[0]} if counted else {})
+
+
+def _places(count: int) -> list[str]:
+    return [str(place) for place in range(1, count + 1)]
 
 
 def _numeric(cells: pd.Series[Any]) -> bool:

@@ -6,6 +6,7 @@ import pytest
 from slipscale.analysis.load import load
 from slipscale.analysis.reading.dialect import decimal_of
 from slipscale.analysis.reading.meaning.mapping import parse_mapping
+from slipscale.analysis.reading.suspicions import check_levels
 from slipscale.faults import UserError
 
 HEADER = "participant_id,amplitude_um_pp,estimate"
@@ -126,3 +127,11 @@ def test_trial_numbers_that_restart_are_refused_instead_of_dropping_answers(tmp_
     with pytest.raises(UserError, match=r"18 of 36 answers .*--block"):
         load(path, trial="number", **options)
     assert len(load(path, trial="number", block="part", **options).estimates) == 36
+
+
+def test_a_code_that_is_the_only_level_below_0_is_refused():
+    others = [1.0, 2.0, 4.0, 8.0]
+    with pytest.raises(UserError, match="the level -99 is probably a code for a missing value"):
+        check_levels(pd.Series([*others, -99.0]), "data.csv")
+    check_levels(pd.Series([*others, -99.0, -50.0]), "data.csv")
+    check_levels(pd.Series([*others, 99.0]), "data.csv")

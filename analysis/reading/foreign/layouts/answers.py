@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pandas as pd
 
-from slipscale.analysis.reading.answer_codes import without_missing
+from slipscale.analysis.reading.answer_codes import codes_of, without_missing
 from slipscale.analysis.reading.cleaning import (
     LARGEST,
     clean_differences,
@@ -117,12 +117,16 @@ def _of_trials(rows: Rows) -> pd.DataFrame:
     content = [
         name for name in (RESPONSE, ANSWER, "yes_count", "no_count", "percent") if name in frame
     ]
-    blank = frame[[STIMULUS, *content]].isna().all(axis=1)
+    empty = frame[content].isna()
+    if ANSWER in content:  # NA and similar codes are no answers either
+        empty[ANSWER] = codes_of(frame[ANSWER]).isna()
+    empty_rows = empty.all(axis=1)
+    blank = frame[STIMULUS].isna() & empty_rows
     compared = [name for name in (STIMULUS, REFERENCE) if name in frame]
-    unanswered = frame[content].isna().all(axis=1) & (RESPONSE not in frame)
+    unanswered = empty_rows & (RESPONSE not in frame)
     incomplete = (frame[compared].isna().any(axis=1) | unanswered) & ~blank
     where = f"{rows.sources[0].name}: " if len(rows.sources) == 1 else ""
-    answered = frame[content].notna().any(axis=1)
+    answered = ~empty_rows
     without = answered & frame[compared].isna().any(axis=1)
     if int(without.sum()) > MOST_WITHOUT * int(answered.sum()):
         raise UserError(

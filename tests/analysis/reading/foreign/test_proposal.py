@@ -156,6 +156,11 @@ def test_numbers_of_trials_and_scores_of_people_are_no_levels(frame, stimulus):
     assert propose(frame, DATA, DATA).given["stimulus"] == stimulus
 
 
+def test_columns_that_are_called_by_their_levels_are_proposed():
+    frame = pd.DataFrame({"who": ["a", "b"], "1": [1, 2], "2": [3, 4], "8": [5, 6]})
+    assert propose(frame, DATA, DATA).given["levels"] == ["1", "2", "8"]
+
+
 def test_a_table_with_only_numbers_of_trials_asks_for_the_levels():
     frame = of_people(20, phase=[*range(1, 21)] * 2)
     question = str(propose(frame, DATA, DATA).questions[0])

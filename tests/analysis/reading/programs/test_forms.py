@@ -57,6 +57,12 @@ FORMS = {
     "s.csv.xz": lzma.compress(CSV.encode()),
     "s.zip": zipped(s=CSV),
     "ending_left_out.csv": gzip.compress(CSV.encode()),
+    "row_names.csv": (
+        '"who","level","correct"\n'
+        + "".join(
+            f'"r{n}","{who}",{level},{answer}\n' for n, (who, level, answer) in enumerate(ROWS)
+        )
+    ).encode(),
     "row_numbers.csv": (
         "who,level,correct\n" + FRAME.set_index(FRAME.index + 1).to_csv(header=False)
     ).encode(),
@@ -222,3 +228,17 @@ def test_proportions_are_not_percentages(tmp_path):
     (tmp_path / "data.csv").write_text("who,level,pc,n\na,1,0.2,20\na,2,0.4,20\na,3,0.45,20\n")
     with pytest.raises(UserError, match=r"largest percentage is 0\.45, so these are probably"):
         load(tmp_path / "data.csv", participant="who", stimulus="level", percent="pc", n="n")
+
+
+def test_a_comma_at_the_end_of_each_row_is_no_row_name(tmp_path):
+    text = "who,level,correct\n" + "".join(f"{','.join(map(str, row))},\n" for row in ROWS)
+    with pytest.raises(UserError, match="line 2 has 4 cells, expected 3"):
+        read(tmp_path, "data.csv", text.encode())
+
+
+@pytest.mark.parametrize("name", ["line", "file"])
+def test_a_column_with_a_reserved_name_is_refused_if_it_is_read(tmp_path, name):
+    text = FRAME.assign(**{name: 7}).to_csv(index=False).encode()
+    assert answers(read(tmp_path, "data.csv", text)) == EXPECTED
+    with pytest.raises(UserError, match=f"called {name}"):
+        load(tmp_path / "data.csv", **GIVEN | {"stimulus": name})
