@@ -88,7 +88,9 @@ def in_each_language(plan: RunPlan) -> Iterator[RunPlan]:
 def every_screen(plan: RunPlan) -> Iterator[Seen]:
     """Yield the distinct screens of a run in order of first appearance."""
     for task, step, scene in distinct_scenes(plan):
-        yield Seen(task=task, step=step, scene=scene, faults=tuple(faults(scene)))
+        yield Seen(
+            task=task, step=step, scene=scene, faults=tuple(faults(scene, plan.study.screens))
+        )
 
 
 def distinct_scenes(plan: RunPlan) -> Iterator[tuple[str, str, Scene]]:

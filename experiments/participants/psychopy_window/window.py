@@ -67,12 +67,15 @@ class PsychoPyWindow:
         screen: int = 0,
         size: tuple[int, int] = (1280, 800),
         precise_times: bool = True,
+        theme: scene.Theme = scene.DARK,
     ) -> None:
         self._texts = texts
         self._clock = clock
         self._banner = scene.pilot_banner(texts["window.pilot"]) if pilot else ()
         self._precise_times = precise_times
-        self.display = Display(clock, full_screen=full_screen, screen=screen, size=size)
+        self.display = Display(
+            clock, full_screen=full_screen, screen=screen, size=size, theme=theme
+        )
         self.finger = self.display.pointer
         self._shown: Scene = ()
         self._pointed = False

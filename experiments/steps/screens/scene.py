@@ -14,15 +14,26 @@ from dataclasses import dataclass
 from typing import Literal
 
 Colour = Literal["ground", "field", "text", "quiet", "accent"]
+Theme = Literal["dark", "light"]
+DARK: Theme = "dark"
 
-# Dark grey and one accent colour (Okabe and Ito's sky blue, suitable for all types of colour
+# Grey and one accent colour per theme (Okabe and Ito's blues, suitable for all types of colour
 # vision).
-COLOURS: dict[Colour, tuple[int, int, int]] = {
-    "ground": (38, 40, 43),
-    "field": (56, 59, 63),
-    "text": (232, 232, 230),
-    "quiet": (168, 172, 177),
-    "accent": (86, 180, 233),
+COLOURS: dict[Theme, dict[Colour, tuple[int, int, int]]] = {
+    "dark": {
+        "ground": (38, 40, 43),
+        "field": (56, 59, 63),
+        "text": (232, 232, 230),
+        "quiet": (168, 172, 177),
+        "accent": (86, 180, 233),
+    },
+    "light": {
+        "ground": (245, 245, 243),
+        "field": (224, 226, 229),
+        "text": (31, 35, 38),
+        "quiet": (80, 86, 92),
+        "accent": (0, 94, 158),
+    },
 }
 FONT = "Noto Sans"  # included in PsychoPy, so it is available on every platform
 DESIGN_WIDTH = 1.34  # maximum width of a scene, in screen heights; narrower screens scale it down

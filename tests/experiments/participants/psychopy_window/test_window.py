@@ -9,10 +9,12 @@ import time
 from dataclasses import replace
 
 import pytest
+from PIL import Image
 
 from slipscale.experiments.languages.texts import load_texts
 from slipscale.experiments.participants.base import StopRequested, Unfinished
 from slipscale.experiments.participants.psychopy_window import PsychoPyWindow
+from slipscale.experiments.participants.psychopy_window.display import Display
 from slipscale.experiments.participants.psychopy_window.screens import screen_for
 from slipscale.experiments.steps.questions.choice import ChoiceQuestion
 from slipscale.experiments.steps.questions.number import NumberQuestion
@@ -379,3 +381,16 @@ def test_without_a_display_the_remedy_is_named(display, monkeypatch):
     participant = PsychoPyWindow(texts=load_texts("en"), clock=SystemClock(), pilot=False)
     with pytest.raises(UserError, match="xvfb-run"), participant:
         pass
+
+
+def test_light_screens_are_light_in_a_window(display, tmp_path):
+    picture = tmp_path / "screen.png"
+    with Display(
+        SystemClock(), full_screen=False, screen=0, size=(640, 400), theme="light"
+    ) as shown:
+        shown.draw((scene.Text(content="M", y=0.0, size=0.5),))
+        shown.save(picture)
+        shown.flip()
+    image = Image.open(picture).convert("RGB")
+    assert image.getpixel((2, 2)) == scene.COLOURS["light"]["ground"]
+    assert min(sum(pixel) for pixel in image.getdata()) < 200
