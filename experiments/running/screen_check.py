@@ -10,7 +10,7 @@ from slipscale.experiments.languages.texts import languages
 from slipscale.experiments.participants.psychopy_window.layout import faults
 from slipscale.experiments.participants.psychopy_window.screens import screen_for
 from slipscale.experiments.running.rehearsal import WAYS, dry_run
-from slipscale.experiments.steps.screens.scene import Scene
+from slipscale.experiments.steps.screens.scene import Scene, progress_line
 from slipscale.experiments.steps.steps import (
     Adjust,
     Ask,
@@ -109,5 +109,6 @@ def _scenes(step: Step, plan: RunPlan) -> Iterator[Scene]:
     shown = step.screen if isinstance(step, EndBlock) else step
     if isinstance(shown, SHOWN):
         screen = screen_for(shown, plan.texts())
-        yield screen.scene(0.0)
-        yield screen.scene(1e6)
+        line = progress_line(0.5) if plan.study.progress_line and step.trial else ()
+        yield (*screen.scene(0.0), *line)
+        yield (*screen.scene(1e6), *line)

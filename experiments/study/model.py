@@ -186,6 +186,11 @@ class Study(FrozenTable):
         DARK,
         "Whether the participant's screens are dark with light text, or light with dark text.",
     )
+    progress_line: Switch = setting(
+        False,
+        "Whether a line at the bottom of the participant's screens shows how many trials of the "
+        "task are finished.",
+    )
     informed_consent: Switch = setting(
         False,
         "Whether the participant is first asked for consent, using the texts "

@@ -226,6 +226,16 @@ def pilot_banner(content: str) -> Scene:
     )
 
 
+def progress_line(done: float) -> Scene:
+    """Return a line at the bottom of a screen; ``done`` is the finished proportion, at most 1."""
+    y, height, width = -0.488, 0.008, WIDTH
+    finished = width * min(done, 1.0)
+    return (
+        Box(x=0, y=y, width=width, height=height, colour="field"),
+        Box(x=(finished - width) / 2, y=y, width=finished, height=height, colour="quiet"),
+    )
+
+
 def message(content: str) -> Scene:
     """Return a screen that shows only a message."""
     return (Text(content=content, y=0.0, size=TITLE, width=1.1),)

@@ -23,6 +23,7 @@ from slipscale.experiments.steps.questions.yes_no import YesNoQuestion
 from slipscale.experiments.steps.screens import scene
 from slipscale.experiments.steps.screens.entry import CLEAR, ENTER, ERASE
 from slipscale.experiments.steps.steps import Ask, Explore, Instruct, Rest
+from slipscale.experiments.steps.trial import Trial
 from slipscale.faults import UserError
 from slipscale.hardware.clock import SystemClock
 
@@ -394,3 +395,32 @@ def test_light_screens_are_light_in_a_window(display, tmp_path):
     image = Image.open(picture).convert("RGB")
     assert image.getpixel((2, 2)) == scene.COLOURS["light"]["ground"]
     assert min(sum(pixel) for pixel in image.getdata()) < 200
+
+
+def test_a_progress_line_shows_the_finished_trials_and_is_gone_between_tasks(display, monkeypatch):
+    with PsychoPyWindow(
+        texts=load_texts("en"),
+        clock=SystemClock(),
+        pilot=False,
+        full_screen=False,
+        progress_line=True,
+    ) as window:
+        drawn = []
+        draw = window.display.draw
+        monkeypatch.setattr(
+            window.display, "draw", lambda shown: drawn.append(shown) or draw(shown)
+        )
+        step = Instruct(text="Stroke.", trial=Trial(task="t", number=5, total=8))
+        for each in (step, replace(step, trial=None)):
+            frames = iter(range(3))
+
+            def watch(frames=frames):
+                if next(frames, None) is None:
+                    raise TimeoutError
+
+            with pytest.raises(TimeoutError):
+                window.perform(each, watch)
+    lines = [scene.progress_line(0.5), scene.progress_line(1.0)]
+    assert lines[0][1].width == pytest.approx(lines[1][1].width / 2)
+    assert set(lines[0]) <= set(drawn[0])
+    assert not set(lines[0]) & set(drawn[-1])
