@@ -13,6 +13,9 @@
 # make soak     an eight-hour day in one process, in short: make soak ARGS="--hours 8"
 # make disk     every call that writes to a data set fails once, or from then on
 # make unattended  sessions that are killed, stopped, out of memory: make unattended ARGS="--times 50"
+# make wheel   the wheel in a new environment: pilot, session in a window, analysis, export (network)
+# make workflows  the workflow files by their schema, and the archives' metadata (network)
+# make lowest  the tests with the lowest allowed version of each package (network)
 # make reliability  every line of docs/validation/index.md
 # make setup   the environment of a laboratory's computer, in .venv: sessions and their analysis
 PYTHON ?= python3
@@ -20,7 +23,7 @@ BIN = .venv/bin
 ARGS ?=
 WORKERS ?= logical
 
-.PHONY: set-pilot set-session set-test setup pilot test lint platforms docs pictures torture windows fuzz soak unattended disk reliability benchmarks coverage requirements sbom audit
+.PHONY: set-pilot set-session set-test setup pilot test lint platforms docs pictures torture windows fuzz soak unattended disk reliability benchmarks coverage requirements sbom audit wheel workflows lowest lowest-requirements
 # Each set of packages contains the one before: pilot, session, test.
 set-pilot set-session set-test: set-%:
 	@$(PYTHON) tools/setup.py $*
@@ -110,6 +113,20 @@ requirements:
 	$(COMPILE) --extra all -c requirements/test.txt -o requirements/session.txt
 	$(COMPILE) --extra analysis -c requirements/test.txt -o requirements/pilot.txt
 
+# The lowest versions that pyproject.toml allows, on Linux with Python 3.11, and the tests in an
+# environment of them. Old packages warn of what newer ones deprecate.
+LOWEST = uv pip compile --python-version 3.11 --python-platform x86_64-manylinux_2_28 --only-binary :all: --no-binary esprima --no-emit-index-url --no-annotate --no-header --quiet pyproject.toml
+QUICK = tests/stimuli tests/faults tests/hardware tests/analysis tests/experiments/dataset tests/experiments/protocols tests/experiments/study
+OLD = -W ignore::DeprecationWarning -W ignore::FutureWarning -W ignore::PendingDeprecationWarning
+lowest-requirements:
+	@mkdir -p build
+	$(LOWEST) --extra all --extra cluster --resolution lowest-direct -o build/lowest.txt
+	$(LOWEST) --extra all --extra cluster --group tests -c build/lowest.txt -o requirements/lowest.txt
+lowest:
+	uv venv --quiet --clear --python 3.11 build/lowest
+	uv pip install --quiet --python build/lowest --no-deps -r requirements/lowest.txt -e .
+	build/lowest/bin/python -m pytest -n $(WORKERS) -m "not window" -p no:cacheprovider $(OLD) $(QUICK) $(ARGS)
+
 # What the environment holds, versions and licences, in CycloneDX's form: build/sbom.json.
 sbom: set-test
 	@mkdir -p build
@@ -118,3 +135,12 @@ sbom: set-test
 # Known vulnerabilities of the pinned versions; asks a public data base, so it needs a network.
 audit:
 	uvx pip-audit --requirement requirements/test.txt --require-hashes --disable-pip
+
+# The wheel as a user has it, without this repository.
+wheel: set-test
+	$(BIN)/python -m tools.try_wheel
+
+workflows: set-test
+	uvx check-jsonschema --builtin-schema vendor.github-workflows .github/workflows/*.yml
+	rm -rf build/dist && $(BIN)/python -m hatchling build -d build/dist
+	uvx twine check --strict build/dist/*

@@ -28,7 +28,8 @@ from slipscale.analysis.reading.dataset import Dataset
 from slipscale.analysis.reading.delimited import STANDARD_INPUT, Problems, held
 from slipscale.analysis.reading.foreign.columns import GROUP
 from slipscale.analysis.reading.foreign.files import chosen
-from slipscale.analysis.reading.foreign.layouts.layout import DIFFERENCES, ESTIMATES
+from slipscale.analysis.reading.foreign.layouts.answers import is_logarithmic
+from slipscale.analysis.reading.foreign.layouts.layout import CHOICES, DIFFERENCES, ESTIMATES
 from slipscale.analysis.reading.foreign.table import ForeignTable, read_foreign
 from slipscale.analysis.reading.labelled_tasks import (
     Entries,
@@ -43,7 +44,7 @@ from slipscale.analysis.reading.meaning.keywords import mapping_of
 from slipscale.analysis.reading.meaning.mapping import NAME, TableMapping, beside
 from slipscale.analysis.reading.own_results import refuse_results
 from slipscale.analysis.reading.suspicions import check_levels, notes_on_answers
-from slipscale.analysis.reading.table_by_hand import read_table
+from slipscale.analysis.reading.table_by_hand import Request, read_table
 from slipscale.analysis.reading.trial_tables import BLOCK, ESTIMATION, IDENTITY, factor_columns
 from slipscale.analysis.tasks.outside.guard import installed_kinds
 from slipscale.analysis.tasks.table import TRIALS
@@ -312,16 +313,15 @@ def _load_table(path: Path, mapping: TableMapping) -> Dataset:
     ours = {PLATE_AMPLITUDE.named(name): name for name in ESTIMATION.required}
     figures = (*ours, *ESTIMATION_NUMBERS)
     words = (*IDENTITY, *ESTIMATION.words, BLOCK, RULE)
-    frame, source = read_table(
-        path,
+    request = Request(
         required=(PARTICIPANT, *ours, *cells.only),
         numbers=figures,
         words=(*words, *(column for column in cells.only if column not in (*figures, *words))),
         identifier=PARTICIPANT,
-        problems=problems,
         decimal=cells.decimal,
         sheet=cells.sheet,
     )
+    frame, source = read_table(path, request, problems)
     frame = chosen(frame, cells.only, path).rename(columns=ours)
     _refuse_another_unit(frame, path)
     answers_read = clean_estimates(in_order(frame, problems), [source], problems)
@@ -355,7 +355,17 @@ def _one_rule(frame: pd.DataFrame, path: Path) -> dict[str, str]:
 def _load_foreign(paths: Sequence[Path], mapping: TableMapping, task: str | None) -> Dataset:
     problems = Problems()
     table = read_foreign(paths, mapping, problems, task)
-    data = _with_choices(_by_hand(paths, table, problems, mapping.quantity), mapping.analysis)
+    axis = {}
+    stated = {"axis", "threshold_curve"} & mapping.analysis.model_fields_set
+    answered = {CHOICES, DIFFERENCES} & set(table.trials)
+    if answered and is_logarithmic(mapping) and not stated:
+        axis = {"axis": "linear"}
+        problems.add(
+            f"{mapping.quantity.name} in {mapping.quantity.unit or 'this unit'} is already a "
+            "logarithm, so curves have a linear axis unless --axis states another"
+        )
+    data = _by_hand(paths, table, problems, mapping.quantity)
+    data = _with_choices(data, mapping.analysis, axis)
     group = mapping.columns.group
     if group is None or data.choices.group is not None:
         return data

@@ -30,6 +30,8 @@ EXTRA_OF = {
     "psychopy": "session",
     "sounddevice": "session",
 }
+# Newest Python for which PsychoPy has a release.
+PSYCHOPY_UP_TO = (3, 12)
 
 
 def how_to_install(module: str) -> str | None:
@@ -44,15 +46,26 @@ def how_to_install(module: str) -> str | None:
     extra = EXTRA_OF.get(name)
     if extra is None:
         return None
-    if name == "psychopy" and sys.version_info >= (3, 13):
-        return Message(
-            "needs PsychoPy, which has no release for Python {version}; install Slipscale with "
-            "Python 3.11 or 3.12, then: pip install 'slipscale[session]'",
-            version="{}.{}".format(*sys.version_info),
+    if name == "psychopy":
+        return no_psychopy() or Message(
+            "needs the package 'psychopy', which is not installed; install it with: slipscale "
+            "setup session --run; or, with 1 GB more: pip install 'slipscale[session]'"
         )
     return Message(
         "needs the package '{name}', which is not installed; install it with: pip install "
         "'slipscale[{extra}]'",
         name=name,
         extra=extra,
+    )
+
+
+def no_psychopy() -> Message | None:
+    """Explain why this Python cannot install PsychoPy, or return None if it can."""
+    version: tuple[int, ...] = sys.version_info[:2]
+    if version <= PSYCHOPY_UP_TO:
+        return None
+    return Message(
+        "needs PsychoPy, which has no release for Python {version}; install Slipscale with Python "
+        "3.11 or 3.12, then: slipscale setup session --run",
+        version="{}.{}".format(*sys.version_info),
     )

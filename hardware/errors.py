@@ -152,6 +152,16 @@ class ConnectionLost(PlateFault):
     remedy = "Plug the plate in again; the session can reconnect."
 
 
+class GuardLost(ConnectionLost):
+    """Raised if the process that switches the output off ends or stands still."""
+
+    code = "guard_lost"
+    remedy = (
+        "Wait for the session to reconnect, which starts the guard process again. If it is lost "
+        "repeatedly, find the program that stops processes on this computer."
+    )
+
+
 class Late(PlateFault):
     """Raised if the plate repeats a change because the computer was late."""
 
@@ -227,6 +237,6 @@ FAULTS: dict[str, type[PlateFault]] = {
     for kind in (
         PlateNotFound, NoPermission, WrongDevice, PlateBusy, PlateTimeout, GarbledReply,
         ProtocolViolation, PlateRefused, ConnectionLost, StillVibrating, OverLimit, NotReached,
-        OffCalibration, Late, Frozen,
+        OffCalibration, GuardLost, Late, Frozen,
     )
 }  # fmt: skip

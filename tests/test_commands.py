@@ -25,7 +25,7 @@ QUICK = [
     "slipscale plate new plates/desk.toml --backend serial",
     "slipscale plate sign plates/desk.toml",
     "slipscale reconstruct biet2007_table3",
-    "slipscale study new ours.toml --title Ours --author Ada",
+    "slipscale study new ours.toml --title Ours --license CC0-1.0",
     "slipscale study schema",
     "slipscale study show matching --timeline --people 20",
     "slipscale study texts matching --language de --out texts.de.toml",
@@ -179,3 +179,17 @@ def test_a_command_computes_on_one_thread_unless_told_otherwise(before, after):
     )
     said = subprocess.check_output([sys.executable, "-c", script], env=about | before, text=True)
     assert said.split()[-1] == after
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="locales of POSIX")
+@pytest.mark.parametrize("options", [(), ("-X", "utf8=0")])
+def test_files_are_read_as_utf_8_in_any_locale_and_the_terminal_keeps_its_encoding(options):
+    about = os.environ | {"LC_ALL": "C", "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0"}
+    script = (
+        "import sys; from slipscale import commands; sys.argv[1:] = ['--version'];"
+        "commands.main(); import codecs;"
+        "print(sys.flags.utf8_mode, codecs.lookup(sys.stdout.encoding).name)"
+    )
+    said = subprocess.check_output([sys.executable, *options, "-c", script], env=about, text=True)
+    # An option of Python is stronger than the environment.
+    assert said.split()[-2:] == ["0" if options else "1", "ascii"]

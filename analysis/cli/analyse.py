@@ -61,7 +61,7 @@ def add_analyse(parser: ArgumentParser) -> None:
     )
     parser.add_argument(
         "--style",
-        choices=STYLES,
+        choices=tuple(STYLES),
         help="also write figures for a paper in the style ieee (8.9 cm wide) or apa (8.25 cm wide, "
         "without grid lines); --width replaces the width",
     )
@@ -155,7 +155,8 @@ def analysed(args: Namespace, progress: Callable[[str], None]) -> Analysis:
     except OwnResults:
         raise
     except UserError:
-        if mapping is None and (found := proposal_for(paths)) is not None:
+        unstated = mapping is None or set(meanings_in(args)) == {"sheet"}
+        if unstated and (found := proposal_for(paths, args.sheet)) is not None:
             print(harmless(str(found)))
             raise found.refusal from None
         raise

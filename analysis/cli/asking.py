@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING
 from slipscale.faults import UserError, harmless
 
 if TYPE_CHECKING:
-    from slipscale.analysis.reading.foreign.proposal import Column, Proposal
+    from slipscale.analysis.reading.foreign.described_columns import Column
+    from slipscale.analysis.reading.foreign.proposal import Proposal
 
 #: Kinds of answers: text of the choice, and the options that name its columns.
 KINDS = (
@@ -35,14 +36,23 @@ Ask = Callable[[str], str]
 
 def asking(args: Namespace, run: Callable[[Namespace], int]) -> int:
     """Run a command; in a terminal, ask for the meaning of the columns if no option states it."""
-    from slipscale.analysis.reading.foreign.proposal import Unstated, as_options
+    from slipscale.analysis.reading.foreign.proposal import (
+        SHEET,
+        Unstated,
+        as_options,
+        described,
+    )
 
     try:
         return run(args)
     except Unstated as needed:
         if not (sys.stdin.isatty() and sys.stdout.isatty()):
             raise
-        given = meanings(needed.proposal, input)
+        proposal = needed.proposal
+        if proposal.sheets and proposal.questions[0].option == SHEET:
+            place = _chosen("Which sheet contains the data?", proposal.sheets, input)
+            proposal = described(proposal.paths, proposal.sheets[place]) or proposal
+        given = meanings(proposal, input)
         for name, value in given.items():
             setattr(args, name, value)
         args.map = _is_yes(input("Save these options in analysis.toml for next time? [Y/n] "))

@@ -14,6 +14,7 @@ from slipscale.analysis.reading.cells import cell
 from slipscale.analysis.reading.foreign.proposal import (
     OWN,
     RESULTS,
+    SHEET,
     Proposal,
     coded_answer,
     described,
@@ -98,11 +99,14 @@ class Description:
             for option in ("yes", "no", "missing")
             for code in _codes(given.get(option))
         }
-        beside_codes = {"yes", "no", "missing", "alternatives"}
+        beside_codes = {"yes", "no", "missing", "alternatives", SHEET}
         amounts = self.amounts
         return {
             "name": proposal.tables[0].name,
             "program": proposal.program,
+            "files": len(proposal.tables),
+            "sheets": proposal.sheets,
+            "sheet": proposal.given.get(SHEET, ""),
             "rows": len(proposal.frame),
             "columns": [
                 {
@@ -145,13 +149,14 @@ def describe(paths: Sequence[Path], given: Mapping[str, object]) -> Description:
     UserError
         If there is no table, or it cannot be read with any options.
     """
-    proposal = described(paths)
+    sheet = given.get(SHEET)
+    proposal = described(paths, str(sheet) if sheet else None)
     if proposal is None:
         raise UserError(
             "{path}: no table found; expected a table, or a folder of tables, to describe",
             path=paths[0],
         )
-    if given or set(OWN) <= set(proposal.frame.columns):
+    if set(given) - {SHEET} or set(OWN) <= set(proposal.frame.columns):
         proposal = replace(proposal, given=given, questions=())
     if proposal.questions:
         return Description(proposal=proposal)

@@ -19,8 +19,9 @@ FORMS = {
     "scripts": "R script that recomputes the numbers in the report",
     "methods": "methods section with references (methods.md, references.bib)",
     "french-excel": "tables with semicolons and decimal commas (excel-fr/)",
+    "spss": "tables for SPSS, with the labels of variables (spss/)",
 }
-#: Default formats: all except tables for French Excel.
+#: Default formats: all except tables for French Excel and SPSS.
 DEFAULT = ("word", "pdf", "scripts", "methods")
 
 

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from slipscale.analysis.export.french_excel import write_french
 from slipscale.analysis.export.reported_numbers import reported_numbers, settings, task_trials
+from slipscale.analysis.export.spss import write_sav
 from slipscale.analysis.export.word import write_word
 from slipscale.analysis.reporting import methods_text
 from slipscale.analysis.reporting.files import software, write_analysis
@@ -123,6 +124,14 @@ def _french(analysis: Analysis, report: Path) -> list[str]:
     return [f"{folder.name}/"]
 
 
+def _spss(analysis: Analysis, report: Path) -> list[str]:
+    folder = report.with_name("spss")
+    folder.mkdir(exist_ok=True)
+    for name, table in tables(analysis).items():
+        write_sav(table, folder / f"{name}.sav")
+    return [f"{folder.name}/"]
+
+
 #: Format -> function that writes the file next to the report.
 FORMS: dict[str, Callable[[Analysis, Path], list[str]]] = {
     "word": _word,
@@ -130,4 +139,5 @@ FORMS: dict[str, Callable[[Analysis, Path], list[str]]] = {
     "scripts": _scripts,
     "methods": _methods,
     "french-excel": _french,
+    "spss": _spss,
 }

@@ -302,19 +302,19 @@ def _catches(frame: pd.DataFrame, clean: pd.DataFrame, problems: Problems) -> pd
 def tidied(names: pd.Series[Any]) -> pd.Series[Any]:
     """Convert names to categories with normalised whitespace; blank names become missing."""
     if isinstance(names.dtype, pd.CategoricalDtype):
-        found, known = names.cat.codes.to_numpy(), names.cat.categories
+        found, known = names.cat.codes.to_numpy(), names.cat.categories.tolist()
     else:
         found, values = pd.factorize(names.to_numpy(object))
-        known = pd.Index(values)
+        known = values.tolist()
     plain = [" ".join(str(name).split()) for name in known]
     kept = sorted(set(plain) - {""})
-    if isinstance(names.dtype, pd.CategoricalDtype) and kept == list(known):
+    if kept == known and isinstance(names.dtype, pd.CategoricalDtype):
         return names
     places = {name: place for place, name in enumerate(kept)}
     # Missing cells have code -1, which selects the last entry.
     lookup = np.array([*(places.get(name, -1) for name in plain), -1])
-    codes = lookup[found]
-    return pd.Series(pd.Categorical.from_codes(codes, pd.Index(kept, dtype=str)), index=names.index)
+    codes = pd.Categorical.from_codes(lookup[found], pd.Index(kept, dtype=str))
+    return pd.Series(codes, index=names.index, name=names.name)
 
 
 def labels(frame: pd.DataFrame, column: str, missing: str) -> pd.Series[Any]:

@@ -187,7 +187,7 @@ def read_tables(
         # Other columns, such as a factor's, keep their names.
         codes = {name: in_names[name] for name in lines.names}
         codes = {name: code for name, code in codes.items() if code.removesuffix(UNKNOWN) in known}
-        lines = lines.renamed(codes, separator)
+        lines = lines.renamed(codes)
         if problems is not None:
             for phrase in lines.left_out:
                 problems.add(f"{source.name}, {phrase}")
@@ -195,9 +195,7 @@ def read_tables(
         # next file.
         alone = str(number).encode() if b'"' in lines.body else b""
         groups.setdefault(lines.header + b"\n" + alone, []).append((number, lines))
-    frames = [
-        _read_group(group, paths, separator=separator, columns=columns) for group in groups.values()
-    ]
+    frames = [_read_group(group, paths, columns) for group in groups.values()]
     frames = [frame for frame in frames if len(frame)] or frames[:1]
     everything = pd.concat(frames, ignore_index=True) if len(frames) > 1 else frames[0]
     if len(frames) > 1:
@@ -232,18 +230,13 @@ def quantity_of(path: Path) -> Quantity:
 
 
 def _read_group(
-    group: Sequence[tuple[int, Lines]],
-    paths: Sequence[Path],
-    *,
-    separator: str,
-    columns: Sequence[str],
+    group: Sequence[tuple[int, Lines]], paths: Sequence[Path], columns: Sequence[str]
 ) -> pd.DataFrame:
     """Read and join files with the same header; add columns for the file and line of each row."""
-    first, sample = group[0]
+    first = group[0][0]
 
     def parsed(part: Sequence[tuple[int, Lines]]) -> pd.DataFrame:
-        text = b"".join([sample.header, b"\n", *(lines.body for _, lines in part)])
-        return parse(sample, text, paths[first], separator=separator, columns=columns)
+        return parse([lines for _, lines in part], paths[first], columns=columns)
 
     try:
         frame = _joined([parsed(part) for part in _parts(group)])
@@ -251,7 +244,7 @@ def _read_group(
         frame = parsed(group) if frame is None else frame
     except UserError:
         for number, lines in group:
-            complain(lines, paths[number], separator)
+            complain(lines, paths[number])
         raise
     places = {
         "file": np.repeat(
@@ -333,21 +326,21 @@ def _cut(names: Sequence[str]) -> str:
 
 
 def parse(
-    lines: Lines,
-    text: bytes,
+    parts: Sequence[Lines],
     path: Path,
     *,
-    separator: str,
     columns: Sequence[str],
     words: Collection[str] = TEXT,
     as_written: Collection[str] = (),
 ) -> pd.DataFrame:
     """Parse rows; return all columns, or only ``columns`` if given, in the order of the file.
 
-    Columns in ``words`` and ``as_written`` are read as text. In ``words``, only empty cells and the
-    BIDS code for missing values count as missing.
+    ``parts`` are files with the same header. Columns in ``words`` and ``as_written`` are read as
+    text. In ``words``, only empty cells and the BIDS code for missing values count as missing.
     """
-    names = filled(lines.names)
+    sample, separator = parts[0], parts[0].separator
+    names = filled(sample.names)
+    text = b"".join([sample.header, b"\n", *(lines.body for lines in parts)])
     # Every row is known to have as many cells as the header, which pandas does not check then.
     wanted = [name for name in columns if name in names]
     missing = {name: NOT_AVAILABLE if name in columns else MISSING for name in names}
@@ -362,10 +355,12 @@ def parse(
             na_values={name: list(missing[name]) for name in (wanted if columns else names)},
             keep_default_na=False,
             # Files edited by hand often have spaces between separators and quotation marks.
-            skipinitialspace=separator.encode() + b" " in text,
+            skipinitialspace=b" " in text and separator.encode() + b" " in text,
             low_memory=False,
             dtype=dict.fromkeys([*words, *as_written], "str"),
         )
+        if len(frame) != sum(len(lines.places) for lines in parts):
+            raise ValueError("expected one row on each line")  # noqa: TRY301 - as pandas does
     except (pd.errors.ParserError, ValueError) as error:
         raise UserError(
             "{path}: not a readable table ({error}); expected a header line and rows with as many "
@@ -378,7 +373,7 @@ def parse(
     # PsychoPy ends each line with a comma, which creates a column without a name or values.
     unnamed = [
         name
-        for name, given in zip(names, lines.names, strict=True)
+        for name, given in zip(names, sample.names, strict=True)
         if not given and frame[name].isna().all()
     ]
     return frame.drop(columns=unnamed)

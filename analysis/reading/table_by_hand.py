@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -23,45 +24,34 @@ from slipscale.analysis.reading.delimited import (
 )
 from slipscale.analysis.reading.dialect import (
     FALLBACK,
-    THOUSANDS_POINT,
     Decimal,
     decimal_of,
     decoded,
+    has_thousands_point,
     in_points,
     separated,
 )
+from slipscale.analysis.reading.programs.compressed import unpacked
 from slipscale.analysis.reading.programs.records import as_text
-from slipscale.analysis.reading.programs.table import Wanted, program_of
+from slipscale.analysis.reading.programs.table import program_of
+from slipscale.analysis.reading.programs.wanted import Wanted
 from slipscale.analysis.reading.suspicions import check_labels
 from slipscale.analysis.reading.table_lines import Lines, complain, listed_lines, plain, split
 from slipscale.faults import UserError
 
+#: A number with a percent sign.
+PERCENT = r"[+-]?[\d.,]+\s*%"
 #: Codes that other programs use for missing identifiers. The BIDS code and blank cells always count
 #: as missing.
 NO_IDENTIFIER = tuple(name for name in NOT_AVAILABLE if name not in MISSING)
 
 
-def read_table(
-    path: Path,
-    *,
-    required: Sequence[str],
-    numbers: Sequence[str],
-    words: Sequence[str],
-    identifier: str | None,
-    problems: Problems,
-    root: Path | None = None,
-    decimal: Decimal | None = None,
-    sheet: str | None = None,
-    header: bool = True,
-    everything: bool = False,
-) -> tuple[pd.DataFrame, Source]:
-    """Read a table and detect its encoding, separator and decimal mark.
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Request:
+    """What is read from a table.
 
     Parameters
     ----------
-    path : Path
-        A text file, or a file of one of the programs in
-        `slipscale.analysis.reading.programs.table`.
     required : sequence of str
         Columns that the file must have.
     numbers, words : sequence of str
@@ -70,8 +60,6 @@ def read_table(
     identifier : str or None
         Column with the participant's label. In this column, ``NA`` and similar codes count as
         missing unless they are quoted.
-    root : Path, optional
-        Folder to which the file's name is relative; by default, its own.
     decimal : str, optional
         Decimal mark; by default, detected from all numbers in the file.
     sheet : str, optional
@@ -80,6 +68,59 @@ def read_table(
         Whether the first line contains the names of the columns, which are otherwise 1, 2, 3.
     everything : bool
         Whether to return all columns; those that are not in ``words`` contain numbers.
+    """
+
+    required: Sequence[str] = ()
+    numbers: Sequence[str] = ()
+    words: Sequence[str] = ()
+    identifier: str | None = None
+    decimal: Decimal | None = None
+    sheet: str | None = None
+    header: bool = True
+    everything: bool = False
+
+    def numbers_of(self, names: Sequence[str]) -> Sequence[str]:
+        """Return the columns of numbers in a table with the given columns."""
+        return (
+            [name for name in names if name not in self.words] if self.everything else self.numbers
+        )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Opened:
+    """A file, before its cells are converted.
+
+    Parameters
+    ----------
+    path : Path
+    source : Source
+    table : DataFrame or Lines
+        Cells of a file of one of the programs with their line numbers, or lines of a text table.
+    quoted : bytes
+        The text of the file if it contains quotation marks.
+    """
+
+    path: Path
+    source: Source
+    table: pd.DataFrame | Lines
+    quoted: bytes = b""
+
+
+def read_table(
+    path: Path, request: Request, problems: Problems, root: Path | None = None
+) -> tuple[pd.DataFrame, Source]:
+    """Read a table and detect its encoding, separator and decimal mark.
+
+    Parameters
+    ----------
+    path : Path
+        A text file, or a file of one of the programs in
+        `slipscale.analysis.reading.programs.table`.
+    request : Request
+    problems : Problems
+        Collects the notes.
+    root : Path, optional
+        Folder to which the file's name is relative; by default, its own.
 
     Returns
     -------
@@ -94,36 +135,59 @@ def read_table(
         `slipscale.analysis.reading.dialect.decimal_of` and the modules in
         `slipscale.analysis.reading.programs`.
     """
+    opened = open_table(path, request, problems, root)
+    return converted(opened, request, problems).assign(file=0), opened.source
+
+
+def open_table(
+    path: Path, request: Request, problems: Problems, root: Path | None = None
+) -> Opened:
+    """Read a file and check that it has the required columns; see `read_table`."""
     content, source = read_source(path, root if root and root.is_dir() else path.parent)
-    quoted = None
-    program = program_of(content, path)
+    content, inner = unpacked(content, path)
+    program = program_of(content, inner)
     if program is not None:
-        cells = program.read(content, path, Wanted(words=words, sheet=sheet))
-        cells = cells if header else _without_header(cells)
-        if everything:
-            numbers = [name for name in cells.columns if name not in (*words, "line")]
-        frame = _only(cells, path, required, numbers, words)
-    else:
-        text, separator = separated(_as_utf_8(content, path, problems))
-        lines = split(text, path, separator, header=header)
-        if everything:
-            numbers = [name for name in filled(lines.names) if name not in words]
-        check_names(lines.names, path, required)
-        for phrase in lines.left_out:
-            problems.add(f"{source.name}, {phrase}")
-        frame = _read_text(lines, path, separator, numbers, words)
-        if everything:  # the comma at the end of each line of some programs is no column
+        columns = None if request.everything else {*request.words, *request.numbers}
+        wanted = Wanted(words=request.words, sheet=request.sheet, columns=columns)
+        cells = program.read(content, inner, wanted)
+        cells = cells if request.header else _without_header(cells)
+        check_names([str(name) for name in cells if name != "line"], path, request.required)
+        return Opened(path=path, source=source, table=cells)
+    text, separator, above = separated(_as_utf_8(content, path, problems))
+    if above:
+        problems.add(f"{source.name}, {listed_lines(above)}: above the header; skipped")
+    lines = split(text, path, separator, header=request.header)
+    check_names(lines.names, path, request.required)
+    for phrase in lines.left_out:
+        problems.add(f"{source.name}, {phrase}")
+    return Opened(path=path, source=source, table=lines, quoted=text if b'"' in text else b"")
+
+
+def converted(
+    file: Opened, request: Request, problems: Problems, cells: pd.DataFrame | None = None
+) -> pd.DataFrame:
+    """Return the requested columns of a file, whose ``cells`` may be parsed already."""
+    table, name, identifier = file.table, file.source.name, request.identifier
+    if isinstance(table, Lines):
+        if cells is None:
+            cells = cells_of([table], request, file.path, marked=is_marked(table))
+        frame = cells
+        numbers = request.numbers_of(filled(table.names))
+        if request.everything and len(
+            frame
+        ):  # the comma at the end of each line of some programs is no column
             frame = frame.dropna(axis="columns", how="all")
-        if identifier is not None:
-            quoted = _quoted_identifiers(frame, identifier, text)
-    frame["file"] = 0
-    _with_points(frame, numbers, decimal, source.name)
+    else:
+        numbers = request.numbers_of([name for name in table.columns if name != "line"])
+        frame = _only(table, numbers, request.words)
+    _with_points(frame, numbers, request.decimal, name)
     if identifier is None:
-        return frame, source
-    frame = only_named(frame, identifier, problems, source.name, quoted=quoted)
+        return frame
+    quoted = _quoted_identifiers(frame, identifier, file.quoted)
+    frame = only_named(frame, identifier, problems, name, quoted=quoted)
     who = [str(label) for label in frame[identifier].unique()]
-    problems.add_many(check_labels(who, identifier, source.name), "labels that differ only in case")
-    return frame, source
+    problems.add_many(check_labels(who, identifier, name), "labels that differ only in case")
+    return frame
 
 
 def _without_header(cells: pd.DataFrame) -> pd.DataFrame:
@@ -145,17 +209,9 @@ def _as_utf_8(content: bytes, path: Path, problems: Problems) -> bytes:
     return text
 
 
-def _only(
-    frame: pd.DataFrame,
-    path: Path,
-    required: Sequence[str],
-    numbers: Sequence[str],
-    words: Sequence[str],
-) -> pd.DataFrame:
+def _only(frame: pd.DataFrame, numbers: Sequence[str], words: Sequence[str]) -> pd.DataFrame:
     """Select the columns to read, and replace missing-value codes by NaN."""
-    names = [str(name) for name in frame.columns if name != "line"]
-    check_names(names, path, required)
-    kept = frame[[*(name for name in (*words, *numbers) if name in names), "line"]].copy()
+    kept = frame[[*(name for name in (*words, *numbers) if name in frame), "line"]].copy()
     for name in kept.columns.drop("line"):
         signs = MISSING if name in words else NOT_AVAILABLE
         cells = kept[name].map(as_text).astype("str") if name in words else kept[name]
@@ -163,32 +219,32 @@ def _only(
     return kept
 
 
-def _read_text(
-    lines: Lines,
-    path: Path,
-    separator: str,
-    numbers: Sequence[str],
-    words: Sequence[str],
-) -> pd.DataFrame:
+def is_marked(lines: Lines) -> bool:
+    """Return whether a number could have a decimal comma, or separated thousands."""
     # If commas separate cells, only quoted cells can contain commas.
-    marked = b"," in lines.body if separator != "," else b'"' in lines.body
-    marked = marked or THOUSANDS_POINT.search(lines.body) is not None
-    present = [name for name in numbers if name in lines.names]
-    text = b"".join([lines.header, b"\n", lines.body])
+    mark = b"," if lines.separator != "," else b'"'
+    return mark in lines.body or has_thousands_point(lines.body)
+
+
+def cells_of(parts: Sequence[Lines], request: Request, path: Path, *, marked: bool) -> pd.DataFrame:
+    """Parse the requested columns of tables with the same header, with the lines of their rows.
+
+    ``marked`` tables have numbers that are read as text first, see `is_marked`.
+    """
+    names = filled(parts[0].names)
+    numbers = request.numbers_of(names)
     try:
         frame = parse(
-            lines,
-            text,
+            parts,
             path,
-            separator=separator,
-            columns=(*words, *numbers),
-            words=words,
-            as_written=present if marked else (),
+            columns=(*request.words, *numbers),
+            words=request.words,
+            as_written=[name for name in numbers if name in names] if marked else (),
         )
     except UserError:
-        complain(lines, path, separator)
+        complain(parts[0], path)
         raise
-    frame["line"] = lines.places
+    frame["line"] = np.concatenate([lines.places for lines in parts])
     return frame
 
 
@@ -201,11 +257,10 @@ def _with_points(
     detection: next to 540, the text 1.080 is ambiguous.
     """
     # Columns with only TRUE and FALSE are skipped, because `cleaning.numbers` rejects their cells.
-    counts = {
-        column: frame[column].value_counts()
-        for column in numbers
-        if column in frame and frame[column].dtype in (object, "str")
-    }
+    texts = [c for c in numbers if c in frame and frame[c].dtype in (object, "str")]
+    for column in texts:
+        frame[column] = _without_percent(frame[column])
+    counts = {column: frame[column].value_counts() for column in texts}
     if decimal is None:
         decimal = decimal_of(
             {
@@ -226,13 +281,20 @@ def _with_points(
         frame[column] = frame[column].map(written).astype("str")
 
 
+def _without_percent(cells: pd.Series[Any]) -> pd.Series[Any]:
+    """Remove the percent sign of all cells, if all numbers of a column have one."""
+    given = cells.dropna().astype("str").str.strip()
+    signed = given.str.fullmatch(PERCENT)
+    return cells if given.empty or not signed.all() else given.str[:-1].reindex(cells.index)
+
+
 def only_named(
     frame: pd.DataFrame,
     identifier: str,
     problems: Problems,
     name: str,
     *,
-    quoted: NDArray[np.bool_] | None = None,
+    quoted: NDArray[np.bool_],
 ) -> pd.DataFrame:
     """Select the rows with a participant label, and report the lines of all other rows.
 
@@ -242,15 +304,13 @@ def only_named(
         Table with the column ``line`` and the column named by ``identifier``.
     name : str
         File name to use in messages.
-    quoted : bool array, shape (rows,), optional
+    quoted : bool array, shape (rows,)
         Whether each row's identifier is in quotation marks in the file. ``NA`` in quotation marks
         is treated as a name.
     """
-    tidy = tidied(frame[identifier])
+    tidy = _filled_down(tidied(frame[identifier]), name, problems)
     absent = tidy.cat.codes.to_numpy() < 0
-    words = _are_no_identifier(tidy)
-    if quoted is not None:
-        words &= ~quoted
+    words = _are_no_identifier(tidy) & ~quoted
     if absent.any():
         lines = listed_lines(frame.loc[absent, "line"].tolist())
         problems.add(f"{name}, {lines}: omitted, because there is no {identifier}")
@@ -262,19 +322,35 @@ def only_named(
             "The rows are omitted; if this is a name, put it in quotation marks"
         )
     kept = ~(absent | words)
-    if tidy is not frame[identifier]:
-        frame = frame.assign(**{identifier: tidy})
+    frame[identifier] = tidy
     return frame if kept.all() else frame[kept].reset_index(drop=True)
 
 
+def _filled_down(labels: pd.Series[Any], name: str, problems: Problems) -> pd.Series[Any]:
+    """Repeat labels that are only in the first row of each block, and report the number of rows."""
+    codes = labels.cat.codes.to_numpy()
+    at = np.flatnonzero(codes >= 0)
+    blank = len(codes) - len(at)
+    if not len(at) or at[0] or blank < len(at) or (np.diff(codes[at]) == 0).any():
+        return labels
+    problems.add(
+        f"{name}: {labels.name} is only in the first row of each block, so the {blank} rows below "
+        "are read as the same"
+    )
+    whole = np.repeat(codes[at], np.diff(at, append=len(codes)))
+    filled_codes = pd.Categorical.from_codes(whole, labels.cat.categories)
+    return pd.Series(filled_codes, index=labels.index, name=labels.name)
+
+
 def _are_no_identifier(names: pd.Series[Any]) -> NDArray[np.bool_]:
-    return np.array([*names.cat.categories.isin(NO_IDENTIFIER), False])[names.cat.codes]
+    known = names.cat.categories.tolist()
+    return np.array([*(name in NO_IDENTIFIER for name in known), False])[names.cat.codes]
 
 
 def _quoted_identifiers(frame: pd.DataFrame, identifier: str, text: bytes) -> NDArray[np.bool_]:
     """Return whether each row's identifier is a missing-value code in quotation marks."""
     found = np.zeros(len(frame), bool)
-    if b'"' not in text:
+    if not text:
         return found
     suspects = np.flatnonzero(_are_no_identifier(tidied(frame[identifier])))
     if not len(suspects):

@@ -42,6 +42,7 @@ class Lines:
         ending.
     names : tuple of str
         Column names, without leading and trailing spaces and quotation marks.
+    separator : str
     places : int array, shape (rows,)
         Line on which each row begins, counted from 1.
     left_out : tuple of str
@@ -51,15 +52,16 @@ class Lines:
     header: bytes
     body: bytes
     names: tuple[str, ...]
+    separator: str
     places: NDArray[np.int64]
     left_out: tuple[str, ...] = ()
 
-    def renamed(self, new: Mapping[str, str], separator: str) -> Lines:
+    def renamed(self, new: Mapping[str, str]) -> Lines:
         """Rename the columns for which ``new`` has a name."""
         names = tuple(new.get(name, name) for name in self.names)
         if names == self.names:
             return self
-        return replace(self, names=names, header=separator.join(names).encode())
+        return replace(self, names=names, header=self.separator.join(names).encode())
 
 
 def split(content: bytes, path: Path, separator: str, *, header: bool = True) -> Lines:
@@ -98,14 +100,16 @@ def split(content: bytes, path: Path, separator: str, *, header: bool = True) ->
     count = _regular(top, body, separator, len(names))
     if count is not None:
         places = np.arange(first + 1, first + 1 + count)
-        return Lines(header=top, body=body, names=names, places=places)
+        return Lines(header=top, body=body, names=names, separator=separator, places=places)
     return _row_by_row(top, body, names, separator=separator, first=first, path=path)
 
 
-def complain(lines: Lines, path: Path, separator: str) -> None:
+def complain(lines: Lines, path: Path) -> None:
     """Raise a `UserError` if any line is not a valid row."""
     first = int(lines.places[0]) - 1 if len(lines.places) else 1
-    _row_by_row(lines.header, lines.body, lines.names, separator=separator, first=first, path=path)
+    _row_by_row(
+        lines.header, lines.body, lines.names, separator=lines.separator, first=first, path=path
+    )
 
 
 def _checked(content: bytes, path: Path) -> bytes:
@@ -130,7 +134,10 @@ def _checked(content: bytes, path: Path) -> bytes:
 
 def plain(content: bytes) -> bytes:
     """Convert line endings to LF, and remove a byte-order mark."""
-    return content.removeprefix(b"\xef\xbb\xbf").replace(b"\r\n", NEWLINE).replace(b"\r", NEWLINE)
+    content = content.removeprefix(b"\xef\xbb\xbf")
+    if b"\r" not in content:
+        return content  # most tables; to search for one character takes no time
+    return content.replace(b"\r\n", NEWLINE).replace(b"\r", NEWLINE)
 
 
 @lru_cache
@@ -142,16 +149,22 @@ def _names(header: bytes, separator: str) -> tuple[str, ...]:
 
 def _regular(header: bytes, body: bytes, separator: str, cells: int) -> int | None:
     """Return the number of rows if all lines have as many cells as the header; otherwise None."""
-    mark = separator.encode()
     # Repeated headers and lines with only separators have the expected number of cells, but are not
     # data rows.
-    for line in (header + NEWLINE, mark * (cells - 1) + NEWLINE):
-        if body.startswith(line) or NEWLINE + line in body:
-            return None
-    lines = body.count(NEWLINE)
+    line = header + NEWLINE
+    if body.startswith(line) or NEWLINE + line in body or (body and _shortest(body) < cells):
+        return None
+    mark = separator.encode()
     outside = QUOTED.sub(b"", body) if QUOTE in body else body
     ends = outside.translate(None, OTHERS[mark])
+    lines = len(ends) // cells
     return lines if ends == (mark * (cells - 1) + NEWLINE) * lines else None
+
+
+def _shortest(body: bytes) -> int:
+    """Return the number of characters of the shortest line; 0 if there are no lines."""
+    ends = np.flatnonzero(np.frombuffer(body, np.uint8) == NEWLINE[0])
+    return int(min(ends[:1].sum(), np.diff(ends).min(initial=len(body)) - 1))
 
 
 def _row_by_row(
@@ -163,6 +176,7 @@ def _row_by_row(
     places: list[int] = []
     empty: list[int] = []
     repeated: list[int] = []
+    comments: list[int] = []
     trailing = 0
     for start, end, row in _rows(lines[:-1], separator, first, path):
         if not any(cell.strip() for cell in row):
@@ -172,6 +186,9 @@ def _row_by_row(
         trailing = 0
         if tuple(cell.strip() for cell in row) == names:
             repeated.append(start)
+            continue
+        if len(row) != len(names) and row[0].startswith("#"):
+            comments.append(start)
             continue
         if len(row) != len(names):
             raise UserError(
@@ -186,13 +203,18 @@ def _row_by_row(
     empty = empty[: len(empty) - trailing]
     notes = [
         f"{listed_lines(found)}: {what}; skipped"
-        for found, what in ((empty, "empty"), (repeated, "a repeated header"))
+        for found, what in (
+            (empty, "empty"),
+            (repeated, "a repeated header"),
+            (comments, "a comment"),
+        )
         if found
     ]
     return Lines(
         header=header,
         body=b"".join(line + NEWLINE for line in kept),
         names=tuple(names),
+        separator=separator,
         places=np.array(places, np.int64),
         left_out=tuple(notes),
     )

@@ -9,7 +9,9 @@ negative, the result equals the mean-squares estimate.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import partial
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +21,10 @@ from slipscale.analysis.statistics.arrays import Array
 #: Starting values of the search: the participant and interaction components, each relative to the
 #: repetition variance.
 STARTS = ((1.0, 0.5), (0.05, 0.05))
+#: Most steps of the search, and the step, relative to the ratios, at which it ends.
+STEPS, CLOSE = 500, 1e-9
+#: Relative rise of the deviance that rounding can explain.
+ROUNDING = 1e-13
 
 
 def reml_components(
@@ -37,8 +43,6 @@ def reml_components(
     starts : sequence of (float, float)
         Starting values of the two variance ratios (see `STARTS`).
     """
-    from scipy import optimize
-
     used = (counts > 0).any(axis=0)
     own, cells = np.where(counts > 0, means, 0.0)[:, used], counts[:, used]
     within, freedom = squares.sum(), counts.sum() - (counts > 0).sum()
@@ -49,50 +53,80 @@ def reml_components(
     counts, people = cells[first], np.diff(first, append=len(cells))
     sums = np.add.reduceat(own, first)
     products = np.add.reduceat(own[:, :, None] * own[:, None, :], first)
-    alike = (counts, people, sums, products)
-    found = min(
-        (
-            optimize.minimize(
-                lambda ratios: _deviance(ratios, *alike, within, freedom)[:2],
-                start,
-                jac=True,
-                bounds=[(0, None)] * 2,
-                options={"ftol": 1e-15, "gtol": 1e-8},
-            )
-            for start in starts
-        ),
-        key=lambda each: float(each.fun),
-    )
-    scale = _deviance(found.x, *alike, within, freedom)[2]
-    return np.array([*found.x, 1.0]) * scale
+    fit = partial(_fit, alike=(counts, people, sums, products), within=within, freedom=freedom)
+    found, point = min((_lowest(fit, np.array(start)) for start in starts), key=_deviance_of)
+    return np.array([*point, 1.0]) * found.scale
 
 
-def _deviance(  # noqa: PLR0917
+class _Fit(NamedTuple):
+    """What the restricted likelihood is at two variance ratios."""
+
+    #: -2 log restricted likelihood, without its constant.
+    deviance: float
+    #: Gradient of the deviance, and its expected second derivatives without the levels' share.
+    gradient: Array
+    curvature: Array
+    #: Repetition variance, which follows from the ratios by a closed formula.
+    scale: float
+
+
+def _deviance_of(found: tuple[_Fit, Array]) -> float:
+    return found[0].deviance
+
+
+def _lowest(fit: Callable[[Array], _Fit], point: Array) -> tuple[_Fit, Array]:
+    """Return the fit of lowest deviance and its ratios, each at least 0, by Fisher scoring.
+
+    A step that does not lower the deviance is halved. A ratio that is 0 and would fall stays there.
+    """
+    here = fit(point)
+    for _ in range(STEPS):
+        free = (point > 0) | (here.gradient < 0)
+        step = np.zeros(2)
+        curvature = here.curvature[np.ix_(free, free)]
+        # With one level, both ratios have the same effect, so the curvature has no inverse.
+        step[free] = -np.linalg.lstsq(curvature, here.gradient[free])[0]
+        if (point + step < 0).any():
+            # A step cut off at 0 can rise in the other ratio, unless each follows its own slope.
+            step[free] = -here.gradient[free] / np.diag(curvature)
+        while True:
+            there = np.maximum(point + step, 0.0)
+            if np.abs(there - point).max() <= CLOSE * (1 + point.max()):
+                return here, point
+            following = fit(there)
+            if following.deviance <= here.deviance + ROUNDING * abs(here.deviance):
+                break
+            step = step / 2
+        here, point = following, there
+    return here, point
+
+
+def _fit(
     ratios: Array,
-    counts: Array,
-    people: NDArray[np.intp],
-    sums: Array,
-    products: Array,
+    alike: tuple[Array, NDArray[np.intp], Array, Array],
     within: float,
     freedom: float,
-) -> tuple[float, Array, float]:
-    """Return -2 log restricted likelihood (no constant), its gradient and the repetition variance.
+) -> _Fit:
+    """Return the fit at two ratios of variances.
 
-    ``ratios`` are the participant and interaction components divided by the repetition variance,
-    which follows from the ratios by a closed formula. Each row of ``counts`` describes a group of
-    ``people`` with the same counts. ``sums`` and ``products`` refer to the cell means of the group.
+    ``ratios`` are the participant and interaction components divided by the repetition variance.
+    ``alike`` has one row for each group of people with the same counts: the counts, the number of
+    people, and the sums and products of their cell means.
     """
     person, cell = ratios
+    counts, people, sums, products = alike
     present = counts > 0
     spread = np.where(present, cell + 1 / np.where(present, counts, 1.0), 1.0)
     weights = present / spread
     each = weights.sum(axis=1)
     shrink = person / (1 + person * each)
     normal = np.diag(people @ weights) - (weights * (people * shrink)[:, None]).T @ weights
-    right = (weights * sums).sum(axis=0) - (shrink * (weights * sums).sum(axis=1)) @ weights
+    weighted = (weights * sums).sum(axis=1)
+    right = (weights * sums).sum(axis=0) - (shrink * weighted) @ weights
     levels = np.linalg.solve(normal, right)
-    squares = np.einsum("gk,gkl,gl->g", weights, products, weights)
-    quadratic = np.einsum("gk,gkk->", weights, products) - shrink @ squares - right @ levels
+    towards = np.einsum("gkl,gl->gk", products, weights)
+    own = np.einsum("gkk->gk", products)
+    quadratic = (weights * own).sum() - shrink @ (weights * towards).sum(axis=1) - right @ levels
     left = people @ present.sum(axis=1) - len(levels) + freedom
     scale = (quadratic + within) / left
     determinants = (
@@ -101,16 +135,34 @@ def _deviance(  # noqa: PLR0917
         + np.linalg.slogdet(normal)[1]
     )
     # A group's covariance matrix V, relative to the repetition variance, is `person` everywhere,
-    # plus `cell + 1 / count` on the diagonal.
-    inverse = weights[:, :, None] * np.eye(len(levels))
-    inverse -= shrink[:, None, None] * weights[:, :, None] * weights[:, None, :]
-    across = sums[:, :, None] * levels
-    squared = products - across - across.swapaxes(1, 2)
-    squared += people[:, None, None] * np.outer(levels, levels)
-    # The gradient is tr(A dV) with A = people V^-1 - V^-1 (squared / scale + people normal^-1)
-    # V^-1. dV is a matrix of ones for the participant component, and the identity for the
-    # interaction.
-    middle = squared / scale + people[:, None, None] * np.linalg.inv(normal)
-    slope = people[:, None, None] * inverse - inverse @ middle @ inverse
-    gradient = np.array([slope.sum(), np.einsum("gkk->", slope)])
-    return float(determinants + left * np.log(scale)), gradient, float(scale)
+    # plus `cell + 1 / count` on the diagonal. Its inverse is diag(w) - shrink w w'. The gradient is
+    # tr(people V^-1 dV) - tr(M V^-1 dV V^-1) with M = squared residuals / scale + people normal^-1.
+    # dV is a matrix of ones for the participant component, and the identity for the interaction.
+    # Only the diagonal of M and its product with w are needed.
+    inverse = np.linalg.inv(normal)
+    fitted = weights @ levels
+    towards -= sums * fitted[:, None] + np.outer(weighted - people * fitted, levels)
+    towards = towards / scale + people[:, None] * (weights @ inverse)
+    own = (own - 2 * sums * levels + np.outer(people, levels**2)) / scale
+    own += np.outer(people, np.diag(inverse))
+    both, square = (weights * towards).sum(axis=1), weights**2
+    length = square.sum(axis=1)
+    cubes = (weights * square).sum(axis=1)
+    total, diagonal = each / (1 + person * each), each - shrink * length
+    across = people * total - both / (1 + person * each) ** 2
+    along = people * diagonal - (square * own).sum(axis=1)
+    along += 2 * shrink * (square * towards).sum(axis=1) - shrink**2 * length * both
+    slopes = np.array([people @ total, people @ diagonal])
+    total_of_squares = length - 2 * shrink * cubes + shrink**2 * length**2
+    curvature = np.array(
+        [
+            [people @ total**2, people @ (length / (1 + person * each) ** 2)],
+            [people @ (length / (1 + person * each) ** 2), people @ total_of_squares],
+        ]
+    )
+    return _Fit(
+        deviance=float(determinants + left * np.log(scale)),
+        gradient=np.array([across.sum(), along.sum()]),
+        curvature=curvature - np.outer(slopes, slopes) / left,
+        scale=float(scale),
+    )

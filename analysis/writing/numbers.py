@@ -132,6 +132,8 @@ def unit_number(value: float, decimals: int = 2) -> str:
     >>> unit_number(0.517), unit_number(-0.2)
     ('.52', '−.20')
     """
+    if not math.isfinite(value):
+        return DASH
     text = f"{abs(value):.{decimals}f}"
     sign = "−" if value < 0 and float(text) else ""
     return sign + (text.removeprefix("0"))
@@ -143,11 +145,15 @@ def cell(result: T | NotComputed, write: Callable[[T], str]) -> str:
 
 
 def bracketed(bounds: ConfidenceInterval | None, write: Callable[[float], str] = number) -> str:
-    """Format an interval as "[low, high]", or None as a dash."""
+    """Format an interval as "[low, high]", or None as a dash; an end may have no limit."""
     if bounds is None:
         return DASH
     low, high = bounds
-    return f"[{write(low)}, {write(high)}]"
+    ends = (
+        write(low) if low > -math.inf else "no lower limit",
+        write(high) if high < math.inf else "no upper limit",
+    )
+    return f"[{ends[0]}, {ends[1]}]"
 
 
 def interval(low: float | None, high: float | None, decimals: int = 2) -> str:

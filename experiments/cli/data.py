@@ -98,6 +98,7 @@ def _merge(one: Path, other: Path, out: Path) -> int:
 
 
 def _withdraw(dataset: Path, participant: str, *, remove: bool) -> int:
+    from slipscale.experiments.dataset.remains import LABEL
     from slipscale.experiments.dataset.withdrawal import (
         sources_with,
         theirs,
@@ -105,8 +106,14 @@ def _withdraw(dataset: Path, participant: str, *, remove: bool) -> int:
     )
     from slipscale.experiments.dataset.withdrawn import replacement
 
-    for path in withdraw(dataset, participant) if remove else theirs(dataset, participant):
-        print(f"{'removed' if remove else 'would be removed'}: {path}")
+    if remove:
+        shown, left = withdraw(dataset, participant)
+    else:
+        shown, left = theirs(dataset, participant), []
+    for path in shown:
+        shared = path.suffix == ".tsv" and participant not in LABEL.findall(path.name)
+        rows = "rows " if shared else ""
+        print(f"{rows}{'removed' if remove else 'would be removed'}: {path}")
     if not remove:
         print("Nothing has been removed yet. To remove the data, add --yes.", file=sys.stderr)
         return ANSWER_IS_NO
@@ -123,7 +130,13 @@ def _withdraw(dataset: Path, participant: str, *, remove: bool) -> int:
         "them again. Remove any copies of the data that you made elsewhere. To test a replacement "
         f"for participant {participant}: --participant {replacement(participant)}"
     )
-    return DONE
+    for path in left:
+        print(
+            f"{path} may still hold data from participant {participant}: look at it, and remove "
+            "what is theirs",
+            file=sys.stderr,
+        )
+    return ANSWER_IS_NO if left else DONE
 
 
 def _tell(args: Namespace, problems: Sequence[Problem], journals: int) -> int:

@@ -69,8 +69,8 @@ def add_contact(parser: ArgumentParser) -> None:
     parser.add_argument(
         "--force",
         metavar="SPEC",
-        help="the finger-force sensor: load_cells:PORT, daq:..., simulated or none (default: the "
-        "laboratory folder's setting, otherwise the study's)",
+        help="the finger-force sensor: load_cells:PORT, daq:..., ati:HOST,..., simulated or "
+        "none (default: the laboratory folder's setting, otherwise the study's)",
     )
 
 

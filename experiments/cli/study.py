@@ -29,7 +29,7 @@ def add_study(parser: ArgumentParser) -> Commands:
     new = commands.add_parser(
         "new",
         help="write a study file that you can edit",
-        epilog="example: slipscale study new ours.toml --title Ours --author Ada",
+        epilog="example: slipscale study new ours.toml --title Ours --license CC0-1.0",
     )
     new.add_argument("path", type=Path, metavar="FILE", help="a new TOML file")
     new.add_argument(
@@ -39,6 +39,11 @@ def add_study(parser: ArgumentParser) -> Commands:
     )
     new.add_argument(
         "--author", metavar="NAME", action="append", help="name of an author; may be repeated"
+    )
+    new.add_argument(
+        "--license",
+        metavar="NAME",
+        help="licence of the data, such as CC0-1.0 or CC-BY-4.0 (default: prompt for it)",
     )
     new.add_argument(
         "--from",
@@ -140,7 +145,7 @@ def run_study(args: Namespace) -> int:
         _refuse_without_timeline(args)
         figure = _figure_path(args)
     actions = {
-        "new": lambda: study_commands.new(args.path, args.template, *_title_and_authors(args)),
+        "new": lambda: study_commands.new(args.path, args.template, *_about(args)),
         "show": lambda: study_commands.show(args.study, args.participant, args.session, args.run),
         "validate": lambda: study_commands.validate(args.study),
         "texts": lambda: study_commands.texts(args.study, args.language, args.out),
@@ -153,17 +158,17 @@ def run_study(args: Namespace) -> int:
     return DONE
 
 
-def _title_and_authors(args: Namespace) -> tuple[str, tuple[str, ...]]:
-    """Return the title and authors given on the command line, and prompt for missing values."""
-    title, authors = args.title or "", tuple(args.author or ())
+def _about(args: Namespace) -> tuple[str, tuple[str, ...], str]:
+    """Return title, authors and licence from the command line; prompt for missing values."""
+    title, authors, licence = args.title or "", tuple(args.author or ()), args.license or ""
     if args.path.exists():
-        return title, authors  # will be rejected, so do not prompt
-    if not title and sys.stdin.isatty():
-        title = input(f"Title of the study [{args.path.stem}]: ").strip()
-    if not authors and sys.stdin.isatty():
-        named = input("Authors, separated by commas [none yet]: ").split(",")
+        return title, authors, licence  # will be rejected, so do not prompt
+    if sys.stdin.isatty():
+        title = title or input(f"Title of the study [{args.path.stem}]: ").strip()
+        named = authors or input("Authors, separated by commas [none yet]: ").split(",")
         authors = tuple(name.strip() for name in named if name.strip())
-    return title or args.path.stem, authors
+        licence = licence or input("Licence of the data, such as CC0-1.0 [none yet]: ").strip()
+    return title or args.path.stem, authors, licence
 
 
 def _refuse_without_timeline(args: Namespace) -> None:

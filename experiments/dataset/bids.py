@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Collection
 from pathlib import Path
 
-from slipscale.experiments.dataset.files import write_file
+from slipscale.experiments.dataset.files import missing_lines, write_file
 from slipscale.experiments.dataset.former_tables import with_former
 from slipscale.experiments.dataset.journals import Problem, read_runs
-from slipscale.experiments.dataset.rendering import README
+from slipscale.experiments.dataset.rendering import GIT_ATTRIBUTES, README
 from slipscale.experiments.dataset.withdrawn import RECORD, unfinished
 
 
@@ -18,7 +18,8 @@ def build_dataset(dataset: Path, gone: Collection[str] = ()) -> list[Problem]:
     Parameters
     ----------
     dataset : Path
-        Folder of the data set. An existing README.md is not overwritten.
+        Folder of the data set. An existing README.md is not overwritten, and in
+        .gitattributes, where DataLad has its own lines, only missing lines are added.
     gone : collection of str
         Labels of participants who are being withdrawn, whose rows are removed.
 
@@ -38,7 +39,10 @@ def build_dataset(dataset: Path, gone: Collection[str] = ()) -> list[Problem]:
     private = any(run.plan.study.private_files for run in runs)
     for name, content in files.items():
         path = dataset / name
-        if name != README or not path.exists():
+        if name == GIT_ATTRIBUTES and (lacking := missing_lines(path, str(content))):
+            before = path.read_bytes() if path.exists() else b""
+            write_file(path, before + lacking, private=private)
+        elif name not in (README, GIT_ATTRIBUTES) or not path.exists():
             write_file(path, content, private=private)
     waiting = [] if gone else unfinished(dataset)
     return [*problems, *kept, *(Problem(file=RECORD.as_posix(), what=each) for each in waiting)]

@@ -20,6 +20,13 @@ def draft_of(path: Path) -> Path:
     return path.with_name(f".{path.name}.tmp")
 
 
+def missing_lines(path: Path, content: str) -> bytes:
+    """Return the lines of a text that an existing or new file does not contain yet."""
+    lines = path.read_bytes().splitlines() if path.exists() else []
+    wanted = content.encode().splitlines(keepends=True)
+    return b"".join(each for each in wanted if each.rstrip() not in lines)
+
+
 def write_file(
     path: Path, content: Content, *, private: bool = False, durable: bool = False
 ) -> None:

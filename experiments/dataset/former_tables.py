@@ -24,6 +24,7 @@ from collections.abc import Collection, Iterator, Sequence
 from pathlib import Path, PurePosixPath
 from typing import TYPE_CHECKING, NamedTuple
 
+from slipscale.experiments.dataset.further_tables.events import events_of
 from slipscale.experiments.dataset.journals import Problem, Run
 from slipscale.experiments.dataset.rendering import render, stem_of
 from slipscale.experiments.dataset.schema import (
@@ -75,7 +76,7 @@ def with_former(dataset: Path, runs: Sequence[Run], gone: Collection[str] = ()) 
             if name in left or name not in files:
                 continue
             if reason := _loses(dataset / name, str(files[name]), damaged=bool(run.damage)):
-                left |= {name, name.with_suffix(".json")}
+                left |= _files_of(name)
                 problems.append(Problem(file=str(name), what=reason))
     files = {name: content for name, content in files.items() if name not in left}
     known = {path.name for path in left}
@@ -112,7 +113,7 @@ def cut_journals(dataset: Path, runs: Sequence[Run]) -> dict[Problem, list[PureP
             if reason:
                 file = run.path.relative_to(dataset).as_posix()
                 tables = found.setdefault(Problem(file=file, what=reason), [])
-                tables += [name, name.with_suffix(".json")]
+                tables += _files_of(name)
     return found
 
 
@@ -134,8 +135,13 @@ def _tables_of(run: Run) -> list[PurePosixPath]:
     return [stem_of(run, protocol.task).with_suffix(".tsv") for protocol, _ in run.plan.tasks()]
 
 
+def _files_of(table: PurePosixPath) -> set[PurePosixPath]:
+    """Return a run's table and the files that are only kept together with it."""
+    return {table, table.with_suffix(".json"), events_of(table)}
+
+
 def _is_shared(name: PurePosixPath) -> bool:
-    return not TABLE_NAME.fullmatch(name.name)
+    return name.parent.name != "beh"
 
 
 def _lost(run: Run, entry: dict[str, object]) -> str:

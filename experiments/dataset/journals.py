@@ -22,6 +22,10 @@ from slipscale.faults.message import Message
 
 #: What programs and people add to the name of a copy: a space and what follows, up to the ending.
 COPIED = re.compile(r" .*?(?=(?:\.\w+)?$)")
+#: Journals, and the files that a running session keeps beside them.
+USED = re.compile(
+    r"^sourcedata/sub-[A-Za-z0-9]+/[A-Za-z0-9_-]+_journal\.jsonl(\.lock|\.lock\.new|\.live)?$"
+)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -72,8 +76,20 @@ def journals(dataset: Path) -> list[Path]:
 def copies(dataset: Path) -> Iterator[Problem]:
     """Yield the files and folders that the data set does not use, such as ``sub-01 (1)``.
 
-    Programs that synchronise folders write such copies, and an answer may be only in the copy.
+    Programs that synchronise folders write such copies, and an answer may be only in the copy. Any
+    file that may hold records of a session is named, wherever it is.
     """
+    for path in visible(dataset, "**/*.jsonl*"):
+        if path.is_file() and not USED.search(path.relative_to(dataset).as_posix()):
+            file = path.relative_to(dataset).as_posix()
+            if not any(map(COPIED.search, (path.name, path.parent.name))):
+                yield Problem(
+                    file=file,
+                    what=Message(
+                        "is not used; a journal has a name such as "
+                        "sourcedata/sub-01/sub-01_run-01_journal.jsonl"
+                    ),
+                )
     for pattern in ("*", "sub-*/**/*", "sourcedata/**/*"):
         for path in visible(dataset, pattern):
             if not COPIED.search(path.name) or COPIED.search(path.parent.name):

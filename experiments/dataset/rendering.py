@@ -12,6 +12,12 @@ from dataclasses import replace
 from pathlib import PurePosixPath
 from typing import TYPE_CHECKING
 
+from slipscale.experiments.dataset.further_tables.events import (
+    HED_VERSION,
+    events,
+    events_of,
+    events_sidecar,
+)
 from slipscale.experiments.dataset.further_tables.headphones import headphone_result
 from slipscale.experiments.dataset.further_tables.person_columns import (
     person_columns,
@@ -47,7 +53,7 @@ if TYPE_CHECKING:
     from slipscale.experiments.study.run_plan import RunPlan
 
 BIDS_VERSION = "1.10.0"
-README = PurePosixPath("README.md")
+README, GIT_ATTRIBUTES = PurePosixPath("README.md"), PurePosixPath(".gitattributes")
 # Endings of files in which git must not convert line ends.
 KEPT_BY_GIT = ("jsonl", "tsv", "json")
 
@@ -158,6 +164,7 @@ def _run_files(
     ]
     path = stem_of(run, protocol.task)
     yield path.with_suffix(".tsv"), table(list(described), rows)
+    yield events_of(path), events(described, gathered.trials[protocol.task])
     first = records[0].data
     person = plan.mode == "participant"
     notes = {
@@ -252,6 +259,7 @@ def _top(
     description = {
         "Name": study.title + (pilot if first.mode == "pilot" else ""),
         "BIDSVersion": BIDS_VERSION,
+        "HEDVersion": HED_VERSION,
         "DatasetType": "raw",
         "License": study.license,
         "Authors": _authors(study, simulated=simulated),
@@ -260,19 +268,20 @@ def _top(
     yield PurePosixPath("dataset_description.json"), description
     for task, protocol in tasks.items():
         instructions = first.texts()[protocol.instructions].strip()
+        described = _columns(protocol, measured[task], first.study)
         content = {
             "TaskName": task,
             "TaskDescription": filled(protocol.description, first.study.quantity),
             "Instructions": instructions,
-            **sidecar(_columns(protocol, measured[task], first.study)),
         }
-        yield PurePosixPath(f"task-{task}_beh.json"), content
+        yield PurePosixPath(f"task-{task}_beh.json"), content | sidecar(described)
+        yield PurePosixPath(f"task-{task}_events.json"), content | events_sidecar(described)
     for plan in plans:
         name = "study.toml" if plan is first else f"study_{study_hash(plan.study_text)[:8]}.toml"
         yield PurePosixPath("code", name), plan.study_text
     yield README, _readme(first, simulated=simulated)
     # Checksums cover the bytes, so git must not convert line ends.
-    yield PurePosixPath(".gitattributes"), "".join(f"*.{end} -text\n" for end in KEPT_BY_GIT)
+    yield GIT_ATTRIBUTES, "".join(f"*.{end} -text\n" for end in KEPT_BY_GIT)
 
 
 def _authors(study: Study, *, simulated: bool) -> list[str]:

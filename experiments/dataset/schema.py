@@ -31,6 +31,7 @@ PARTICIPANT, MODE, COMPLETE = TAKEN
 # also has a column for the run.
 SESSION, RUN = ROW
 PRACTICE, MAIN = "practice", "main"
+PHASES = {PRACTICE: "practice, not to be analysed", MAIN: "the experiment"}
 VOIDED, TIMED_OUT, FAULT, PAUSED = "voided", "timed_out", "fault", "paused"
 REPRESENTED, RESUMED, DAMAGED = "represented", "resumed", "damaged"
 SENSOR = "sensor"
@@ -89,6 +90,25 @@ NOTES: Mapping[str, str] = {
     "damaged": "journal lines that could not be used",
     "journal": "number of records in the journal, and their running hash; n/a for a pilot",
 }
+# Columns of a run's `_events.tsv` that its table does not have: BIDS stores times there.
+EVENTS: Mapping[str, Column] = {
+    "onset": Column(
+        value=lambda record: record.onset_s,
+        description="Time at which the plate had settled, from the beginning of the session",
+        units="s",
+    ),
+    "duration": Column(
+        value=lambda record: record.end_s - record.onset_s,
+        description="Time from the onset (when the plate had settled) to the end of the trial",
+        units="s",
+    ),
+    "trial_type": Column(
+        value=lambda record: record.trial.phase,
+        kind="label",
+        description="Part of the run",
+        levels=PHASES,
+    ),
+}
 TABLE_NAME = re.compile(
     r"sub-(?P<sub>[A-Za-z0-9]+)(_ses-(?P<ses>[A-Za-z0-9]+))?_task-(?P<task>[A-Za-z0-9]+)"
     r"(_run-(?P<run>[0-9]+))?_beh\.tsv"
@@ -129,7 +149,7 @@ def columns(
     """
     common = _common(protocol, quantity)
     own = {**protocol.design, **protocol.stimulus, **protocol.response}
-    if duplicates := sorted(set(own) & {*common, *MEASURED}):
+    if duplicates := sorted(set(own) & {*common, *MEASURED, *EVENTS}):
         raise UserError(
             "{protocol}: column {columns} is in every task's table; expected another name",
             protocol=protocol.named,
@@ -139,13 +159,13 @@ def columns(
         presented = [name for name in common if name.startswith(INTERVAL)]
         order = [
             *("trial", *protocol.design, "phase", *protocol.stimulus, *presented),
-            *(*protocol.response, "response_time", "onset", "duration"),
+            *(*protocol.response, "response_time"),
         ]
     else:
         order = [
             *("trial", *protocol.design, "phase", "surface", *protocol.stimulus),
             *("level", "level_readback", *protocol.response),
-            *("response_time", "onset", "duration", "exploration_time"),
+            *("response_time", "exploration_time"),
         ]
     extra = measured_columns(measured)
     order += [*extra, "response_time_source", "rejected_entries", "repeats", "flag"]
@@ -244,7 +264,7 @@ def _common(protocol: Protocol, quantity: Quantity) -> dict[str, Column]:
             value=lambda record: record.trial.phase,
             kind="label",
             description="Part of the run",
-            levels={PRACTICE: "practice, not to be analysed", MAIN: "the experiment"},
+            levels=PHASES,
         ),
         "surface": Column(
             value=lambda record: record.surface.label if record.surface else None,
@@ -268,16 +288,6 @@ def _common(protocol: Protocol, quantity: Quantity) -> dict[str, Column]:
             value=lambda record: answered(record, "response_time_s"),
             description="Time from the question to the key press that completed "
             f"the answer in column '{quantity.named(protocol.answer)}'",
-            units="s",
-        ),
-        "onset": Column(
-            value=lambda record: record.onset_s,
-            description="Time at which the plate had settled, from the beginning of the session",
-            units="s",
-        ),
-        "duration": Column(
-            value=lambda record: record.end_s - record.onset_s,
-            description="Time from the onset (when the plate had settled) to the end of the trial",
             units="s",
         ),
         "exploration_time": Column(

@@ -52,7 +52,7 @@ def table(header: list[str], rows: list[list[str]]) -> str:
     return text.getvalue()
 
 
-def sidecar(described: Mapping[str, Column]) -> dict[str, object]:
+def sidecar(described: Mapping[str, Column]) -> dict[str, dict[str, object]]:
     """Return column descriptions in BIDS format."""
     return {
         name: {"Description": column.description}

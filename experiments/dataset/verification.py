@@ -16,10 +16,10 @@ from difflib import SequenceMatcher
 from itertools import zip_longest
 from pathlib import Path, PurePosixPath
 
-from slipscale.experiments.dataset.files import Content
+from slipscale.experiments.dataset.files import Content, missing_lines
 from slipscale.experiments.dataset.former_tables import cut_journals, strays
 from slipscale.experiments.dataset.journals import Problem, read_runs
-from slipscale.experiments.dataset.rendering import README, render
+from slipscale.experiments.dataset.rendering import GIT_ATTRIBUTES, README, render
 from slipscale.experiments.dataset.schema import SIDECAR
 from slipscale.experiments.dataset.withdrawn import RECORD, unfinished
 from slipscale.experiments.steps.questions.base import CONSENT
@@ -46,6 +46,8 @@ def verify(dataset: Path) -> list[Problem]:
     files, unfit = render(runs)
     problems += unfit
     for name, content in files.items():
+        if name == GIT_ATTRIBUTES and not missing_lines(dataset / name, str(content)):
+            continue  # DataLad adds lines of its own
         if name != README:
             problems += _compare(dataset, name, content)
     for path in strays(dataset, files.keys()):

@@ -10,18 +10,19 @@ label. Both labels end in the same number, which determines the position in the 
 
 from __future__ import annotations
 
-import re
 import shutil
 import tempfile
 from collections.abc import Iterator
 from contextlib import suppress
 from pathlib import Path
+from typing import NamedTuple
 
 from slipscale.experiments.dataset import lineage
 from slipscale.experiments.dataset.backup import KNOWN, backups
 from slipscale.experiments.dataset.bids import build_dataset
 from slipscale.experiments.dataset.files import draft_of, write_file
 from slipscale.experiments.dataset.journals import journals
+from slipscale.experiments.dataset.remains import LABEL, linked, remains
 from slipscale.experiments.dataset.withdrawn import Pending, note, pending
 from slipscale.experiments.journal.journal import FALLBACK
 from slipscale.experiments.journal.locks import is_being_written
@@ -51,13 +52,23 @@ def sources_with(dataset: Path, participant: str) -> list[Path]:
     ]
 
 
-def withdraw(dataset: Path, participant: str) -> list[Path]:
-    """Remove a participant's data, record the withdrawal, and rebuild the data sets.
+class Withdrawal(NamedTuple):
+    """What a withdrawal did.
 
-    Returns
-    -------
-    list of Path
+    Parameters
+    ----------
+    removed : list of Path
         Files and folders that were removed, or from which the participant was removed.
+    left : list of Path
+        Files and folders of other programs that may still hold data from the participant.
+    """
+
+    removed: list[Path]
+    left: list[Path]
+
+
+def withdraw(dataset: Path, participant: str) -> Withdrawal:
+    """Remove a participant's data, record the withdrawal, and rebuild the data sets.
 
     Raises
     ------
@@ -67,6 +78,7 @@ def withdraw(dataset: Path, participant: str) -> list[Path]:
     """
     todo = _todo(dataset, participant)
     removed = list(_found(dataset, participant, todo))
+    elsewhere = linked(removed)
     note(dataset, participant, todo)
     for copy in todo.merged:
         note(copy, participant, None)
@@ -75,18 +87,21 @@ def withdraw(dataset: Path, participant: str) -> list[Path]:
     for folder in (dataset, *todo.copies):
         built = (folder / "participants.tsv").exists()
         for path in list(_in_one(folder, participant)):
-            if path.is_dir() or _of(participant).search(path.name):
+            if path.is_dir() or _is_of(path.name, participant):
                 _remove(path)
             else:
                 _strike(path, participant)
         if built or folder == dataset:
             build_dataset(folder, gone=[participant])
     note(dataset, participant, None)
-    return removed
+    left = [path for path in elsewhere if path.exists()]
+    left += [path for each in (dataset, *todo.copies) for path in remains(each, participant)]
+    return Withdrawal(removed, left)
 
 
 def _todo(dataset: Path, participant: str) -> Pending:
     """Return the recorded folders of a withdrawal; determine the folders if none are recorded."""
+    _check_whole(dataset)
     todo = pending(dataset).get(participant)
     if todo is None:
         merged = _merged_sets(dataset)
@@ -115,6 +130,17 @@ def _todo(dataset: Path, participant: str) -> Pending:
                 participant=participant,
             )
     return todo
+
+
+def _check_whole(dataset: Path) -> None:
+    """Raise `UserError` if the folder is not a data set, but a part of one."""
+    around = next((each for each in dataset.resolve().parents if journals(each)), None)
+    if around and not journals(dataset):
+        raise UserError(
+            "{dataset}: is a part of the data set {around}; withdraw the participant from that",
+            dataset=dataset,
+            around=around,
+        )
 
 
 def _nothing_of(dataset: Path, participant: str) -> UserError:
@@ -157,10 +183,10 @@ def _in_one(folder: Path, participant: str) -> Iterator[Path]:
     """Yield a participant's folders in one data set, and the tables that list the participant.
 
     Programs that synchronise folders, and people, leave copies such as ``sub-01 (1)``. Everything
-    whose name has the participant's label is the participant's.
+    whose name has the participant's label, and nobody else's, is the participant's.
     """
     results = folder / "derivatives/slipscale"
-    here = list(_topmost(folder, _of(participant), results))
+    here = list(_topmost(folder, participant, results))
     named = [path for path in _shared_tables(folder) if any(_lines_of(path, participant))]
     # Results are removed, because they do not show which participants are included.
     if named or here:
@@ -169,18 +195,18 @@ def _in_one(folder: Path, participant: str) -> Iterator[Path]:
         yield from named
 
 
-def _of(participant: str) -> re.Pattern[str]:
-    """Return a pattern for the names of a participant's files and folders."""
-    return re.compile(rf"(?<![A-Za-z0-9])sub-{re.escape(participant)}(?![A-Za-z0-9])")
+def _is_of(name: str, participant: str) -> bool:
+    """Return whether a name has the participant's label and no other label."""
+    return set(LABEL.findall(name)) == {participant}
 
 
-def _topmost(folder: Path, own: re.Pattern[str], results: Path) -> Iterator[Path]:
-    """Yield the files and folders with a matching name that are in no such folder."""
+def _topmost(folder: Path, participant: str, results: Path) -> Iterator[Path]:
+    """Yield the participant's files and folders that are in no such folder."""
     for path in sorted(folder.iterdir()) if folder.is_dir() else ():
-        if own.search(path.name):
+        if _is_of(path.name, participant):
             yield path
         elif path.is_dir() and not path.is_symlink() and path != results:
-            yield from _topmost(path, own, results)
+            yield from _topmost(path, participant, results)
 
 
 def _shared_tables(folder: Path) -> Iterator[Path]:
@@ -213,12 +239,15 @@ def _strike(path: Path, participant: str) -> None:
 def _remove(path: Path) -> None:
     with suppress(FileNotFoundError):
         try:
-            shutil.rmtree(path) if path.is_dir() else path.unlink()
+            shutil.rmtree(path) if path.is_dir() and not path.is_symlink() else path.unlink()
         except OSError as error:
             if not path.exists():
                 return
             raise UserError(
-                "{path}: cannot be removed ({reason})", path=path, reason=error.strerror
+                "{path}: cannot be removed ({reason}), so the withdrawal is not finished; allow it "
+                "to be removed, and repeat the command",
+                path=path,
+                reason=error.strerror,
             ) from None
 
 

@@ -3,8 +3,8 @@
 `read_records` is used to resume a run, and raises an error if there is any damage. `read_whole` is
 used to build data sets; it omits only damaged records. The rules are:
 
-- CR before LF, a byte order mark and a repeated last line are no damage: git, mail and programs
-  that synchronise folders add them, and the checksums cover the text.
+- CR before LF, a byte order mark, blank lines and a repeated last line are no damage: git, mail,
+  editors and programs that synchronise folders add them, and the checksums cover the text.
 - Records are sorted by number, even if lines were moved in the file.
 - If several records have the same number, the record whose hash agrees with its neighbours is used.
 - An incomplete end of the file does not count as damage. The end is incomplete if the last line is
@@ -116,17 +116,22 @@ def read_whole(
     lines = [_as_written(line, place) for place, line in enumerate(lines) if line]
     whole = _before_torn_end(lines)
     reading.torn = whole < len(lines)
+    blank = 0  # bytes of blank lines since the last record
     for place, line in enumerate(lines[:whole]):
+        if not line.strip():
+            blank += sizes[place]
+            continue
         try:
             record, covered = decode(line)
         except ValueError as error:
             wrong.append(place)
             reading.damage.append(Damage(line=place + 1, reason=str(error)))
         else:
-            if place == 0 and record.number == 0:
+            if not found and record.number == 0:
                 _check_format(path, record)
             found.append(_Line(place, record, covered))
-        reading.length += sizes[place]
+        reading.length += blank + sizes[place]
+        blank = 0
     if len(found) > 1 and found[-1][1:] == found[-2][1:]:
         # The last line was repeated. It is no part of the journal, so a resumed run replaces it.
         reading.length -= sizes[found.pop().place]

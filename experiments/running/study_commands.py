@@ -42,11 +42,13 @@ TRIALS_LOOKED_AT = 20_000
 SCHEMA_FILE = "study.schema.json"
 
 
-def new(path: Path, template: str, title: str, authors: tuple[str, ...] = ()) -> str:
+def new(
+    path: Path, template: str, title: str, authors: tuple[str, ...] = (), licence: str = ""
+) -> str:
     """Copy a shipped study to a new file for editing, and return a message.
 
-    The title and authors of the shipped study are not copied. The study name is derived from the
-    file name.
+    The title, authors and licence of the shipped study are not copied. The study name is derived
+    from the file name.
 
     The schema is written next to the file, so that editors with support for TOML schemas (Even
     Better TOML, Taplo) can complete and check the file. An existing schema is replaced.
@@ -57,10 +59,15 @@ def new(path: Path, template: str, title: str, authors: tuple[str, ...] = ()) ->
     document["name"] = _label(path.stem)
     document["title"] = title
     document["authors"] = list(authors)
+    if licence:
+        document["license"] = licence
+    else:
+        document.pop("license", None)
     began = f"# Based on the study '{template}', which is described as follows:\n"
     write_file(path, f"#:schema {SCHEMA_FILE}\n{began}{tomlkit.dumps(document)}")
     write_file(path.with_name(SCHEMA_FILE), schema())
-    edit = "edit it" if authors else "enter its authors and edit it"
+    lacking = [*([] if authors else ["authors"]), *([] if licence else ["license"])]
+    edit = f"enter its {' and '.join(lacking)} and edit it" if lacking else "edit it"
     return f"wrote {path}: {edit}, then run slipscale study validate {shlex.quote(str(path))}"
 
 

@@ -40,7 +40,7 @@ from slipscale.hardware import address as addresses
 from slipscale.hardware.backends import drive_of_level
 from slipscale.hardware.backends.gain import agreed_gain
 from slipscale.hardware.backends.generator_dialects import Dialect, channel_number, dialect_named
-from slipscale.hardware.backends.generator_line import Line, RelayedLine
+from slipscale.hardware.backends.generator_line import Line, RelayedLine, instrument_of
 from slipscale.hardware.backends.generator_output import GeneratorOutput
 from slipscale.hardware.backends.guarded_generator import GuardedGenerator
 from slipscale.hardware.clock import Clock, SystemClock
@@ -115,7 +115,7 @@ class FunctionGenerator(PlateDriver):
             line.relay = self._ask_guard
             held = partial(GuardedGenerator, line.resource, channel, dialect)
             self.unattended = Guarded(held)
-            self.instrument = f"{line.resource}, channel {channel}"
+            self.instrument = f"{instrument_of(line.resource)}, channel {channel}"
         self.amplifier_gain = agreed_gain(
             amplifier_gain,
             plate,

@@ -7,8 +7,10 @@ connection (`GuardedGenerator`), and the session sends its commands through the 
 
 from __future__ import annotations
 
+import socket
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
+from pathlib import Path
 from typing import Any, Protocol
 
 from slipscale.hardware.errors import ConnectionLost, PlateBusy, PlateNotFound, PlateTimeout
@@ -82,6 +84,32 @@ class RelayedLine:
 def visa_resource(text: str) -> str:
     """Return the VISA resource for a resource or a serial port."""
     return text if "::" in text else f"ASRL{text}::INSTR"
+
+
+def instrument_of(resource: str) -> str:
+    """Return one name for all VISA resources that lead to the same instrument.
+
+    >>> instrument_of("tcpip0::127.0.0.1::inst0::INSTR") == instrument_of("TCPIP::localhost::INSTR")
+    True
+    >>> instrument_of("USB0::0x0957::0x2C07::MY1::0::INSTR")
+    'USB::2391::11271::MY1'
+    """
+    interface, *parts = resource.split("::")
+    if interface.upper().startswith("ASRL"):
+        port = interface[4:]
+        return f"ASRL{Path(port).resolve() if Path(port).exists() else port.upper()}"
+    interface = interface.upper().removesuffix("0")
+    if interface == "TCPIP" and parts:
+        with suppress(OSError):
+            parts[0] = socket.gethostbyname(parts[0])
+    numbers = (_decimal(part) for part in parts)
+    kept = [part for part in numbers if interface == "TCPIP" or part != "0"]
+    kept = [part.upper() for part in kept if part.upper() not in {"INST0", "INSTR"}]
+    return "::".join([interface, *kept])
+
+
+def _decimal(part: str) -> str:
+    return str(int(part, 16)) if part.lower().startswith("0x") else part
 
 
 class GeneratorLine:

@@ -138,9 +138,8 @@ class SerialColumns(ContactSource):
         self.close()
         self._fault = None
         self._samples.clear()
-        self._line = line = self._host.open_line(self.port, baud=self._baud)
+        self._line = line = self._open()
         self._heard_s = self._clock.now() + FIRST_S - SILENT_S
-        self._buffer = b""
         self._end_reading = self._host.repeat(partial(self._read, line), 0.0)
         while not self._samples:
             self._check()
@@ -178,6 +177,10 @@ class SerialColumns(ContactSource):
             },
         }
 
+    def _open(self) -> Line:
+        self._buffer = b""
+        return self._host.open_line(self.port, baud=self._baud)
+
     def _check(self) -> None:
         if self._fault is not None:
             raise self._fault
@@ -203,20 +206,24 @@ class SerialColumns(ContactSource):
         self._tared = True
 
     def _read(self, line: Line) -> bool:
-        """Read lines. Store a fault, which `take` then raises; return whether to go on."""
+        """Read samples. Store a fault, which `take` then raises; return whether to go on."""
         try:
-            *lines, rest = (self._buffer + line.read()).split(b"\n")
+            found = self._readings(line.read())
         except PlateFault as fault:
             self._fault = SensorFault(fault.message)
             return False
-        self._buffer = rest[-LONGEST_LINE:]
         now_s = self._clock.now()
-        for each in lines:
-            values = self._values(each)
-            if values is not None:
-                self._samples.append(Sample(now_s, values))
-                self._heard_s = max(now_s, self._heard_s)
+        for values in found:
+            self._samples.append(Sample(now_s, values))
+            self._heard_s = max(now_s, self._heard_s)
         return True
+
+    def _readings(self, data: bytes) -> list[tuple[float, ...]]:
+        """Return the valid readings that end in new bytes, in mm or N; count invalid ones."""
+        *lines, rest = (self._buffer + data).split(b"\n")
+        self._buffer = rest[-LONGEST_LINE:]
+        found = (self._values(each) for each in lines)
+        return [values for values in found if values is not None]
 
     def _values(self, line: bytes) -> tuple[float, ...] | None:
         """Return the readings in a line, in mm or N. Invalid lines are counted and return None."""
@@ -256,7 +263,8 @@ def _scale(text: str) -> float:
     return value
 
 
-def _seconds(text: str) -> float:
+def seconds(text: str) -> float:
+    """Return the duration of a tare in s. Raises ValueError if it is not from 0 to 60 s."""
     value = addresses.number(text)
     if not 0 <= value <= 60:  # noqa: PLR2004 - nobody waits longer
         raise ValueError("expected 0 to 60 seconds")
@@ -264,7 +272,7 @@ def _seconds(text: str) -> float:
 
 
 def _options(names: tuple[str, ...]) -> dict[str, Callable[[str], object]]:
-    each: dict[str, Callable[[str], object]] = {"baud": _baud, "tare": _seconds}
+    each: dict[str, Callable[[str], object]] = {"baud": _baud, "tare": seconds}
     for name in names:
         each |= {name: _place, f"{name}_scale": _scale, f"{name}_zero": addresses.number}
     return each

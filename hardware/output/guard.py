@@ -4,7 +4,9 @@ The guard is needed by devices without a watchdog. It runs in its own session of
 system, so Ctrl-C, a closed terminal and the death of this process do not end it. While the output
 may be on, a thread of this process sends heartbeats, unless the session itself hangs: it must give
 a sign of life (`Guard.attend`) every ``attention_s`` seconds. A stopped or killed process sends no
-heartbeats. For the rules of the guard, see `slipscale.hardware.output.guard_process`.
+heartbeats. In return, the guard gives signs of life. A guard that stands still is killed, and the
+next command starts another one, which switches the output off. For the rules of the guard, see
+`slipscale.hardware.output.guard_process`.
 """
 
 from __future__ import annotations
@@ -20,7 +22,7 @@ from queue import Empty, SimpleQueue
 from threading import Event, Lock, Thread
 from typing import IO, Any
 
-from slipscale.hardware.errors import ConnectionLost, Frozen, PlateTimeout, fault_of
+from slipscale.hardware.errors import Frozen, GuardLost, PlateTimeout, fault_of
 from slipscale.hardware.output.guard_process import END, OFF, ON, WATCHDOG_S
 from slipscale.hardware.output.unattended import Switch
 
@@ -28,6 +30,9 @@ MODULE = "slipscale.hardware.output.guard_process"
 BEAT_S = 0.1
 ANSWER_S = 10.0  # longer than an instrument's time-outs while a connection is opened
 END_S = 5.0
+#: A guard that gives no sign of life for so many heartbeats stands still. Beats are counted, not
+#: seconds, because this process may have stood still itself.
+STILL_BEATS = 30
 ENDED = "the guard process ended"
 # Windows: neither the console nor its Ctrl-C reaches the guard.
 DETACHED: dict[str, Any] = (
@@ -51,7 +56,7 @@ class Guard:
 
     Raises
     ------
-    ConnectionLost
+    GuardLost
         If the process does not start.
     """
 
@@ -64,6 +69,7 @@ class Guard:
         self._tries = False  # It still tries to switch the output off after `end`.
         self._tripped_s = 0.0
         self._number = 0
+        self._heard = 0  # lines from the guard
         self._answers: SimpleQueue[dict[str, Any]] = SimpleQueue()
         self._writing = Lock()
         self._over = Event()
@@ -97,7 +103,7 @@ class Guard:
         self._attended_s = time.monotonic()
 
     def check(self) -> None:
-        """Raise `Frozen` if the guard switched the output off, `ConnectionLost` if it ended."""
+        """Raise `Frozen` if the guard switched the output off, `GuardLost` if it ended."""
         if self._tripped_s:
             raise Frozen(
                 "this session stood still for more than {watchdog_s:g} s while the plate was on, "
@@ -105,17 +111,17 @@ class Guard:
                 watchdog_s=WATCHDOG_S,
             )
         if self._armed and self.ended:
-            raise ConnectionLost(ENDED)
+            raise GuardLost(ENDED)
 
     def arm(self, armed: bool) -> None:
-        """Inform the guard whether the output may be on; raise `ConnectionLost` if it ended."""
+        """Inform the guard whether the output may be on; raise `GuardLost` if it ended."""
         if armed == self._armed:
             return
         self._tripped_s, self._armed = 0.0, armed
         if armed:
             self._send(ON)
         else:
-            with suppress(ConnectionLost):  # A guard that ended is missed at the next command.
+            with suppress(GuardLost):  # A guard that ended is missed at the next command.
                 self._send(OFF)
 
     def call(self, method: str, *words: str) -> str:
@@ -128,7 +134,7 @@ class Guard:
         """End the guard; unless the output is confirmed off, the guard first switches it off."""
         self._over.set()
         self._tries = self._armed and not confirmed_off
-        with suppress(ConnectionLost, OSError):
+        with suppress(GuardLost, OSError):
             if not self._tries:
                 self._send(END)
             with self._writing:
@@ -144,7 +150,7 @@ class Guard:
     def kill(self) -> None:
         """End the guard at once, because another one takes its place."""
         self._over.set()
-        with suppress(ConnectionLost, OSError):
+        with suppress(GuardLost, OSError):
             self._process.returncode = None
             self._process.kill()
             self._process.wait()
@@ -154,7 +160,7 @@ class Guard:
     @property
     def _pipe(self) -> IO[bytes]:
         if self._process.stdin is None:
-            raise ConnectionLost(ENDED)
+            raise GuardLost(ENDED)
         return self._process.stdin
 
     def _send(self, line: bytes) -> None:
@@ -163,7 +169,7 @@ class Guard:
                 self._pipe.write(line + b"\n")
                 self._pipe.flush()
         except (OSError, ValueError) as error:  # ValueError: the pipe is closed
-            raise ConnectionLost(ENDED) from error
+            raise GuardLost(ENDED) from error
 
     def _answer(self) -> str:
         """Return the answer to the last call. Raises `PlateFault`."""
@@ -174,7 +180,7 @@ class Guard:
             except Empty:
                 raise PlateTimeout("the guard process does not answer") from None
             if "over" in answer:
-                raise ConnectionLost(ENDED)
+                raise GuardLost(ENDED)
             if answer.get("n") == self._number:  # A signal may have interrupted an earlier call.
                 if "fault" in answer:
                     raise fault_of(answer["fault"])
@@ -183,16 +189,23 @@ class Guard:
     def _read(self, answers: IO[bytes]) -> None:
         with answers:
             for line in answers:
+                self._heard += 1
                 answer = json.loads(line)
                 if "tripped_s" in answer:
                     self._tripped_s = answer["tripped_s"]
-                else:
+                elif answer:
                     self._answers.put(answer)
         self._answers.put({"over": True})
 
     def _beat(self) -> None:
-        with suppress(ConnectionLost):  # `check` and `call` report it.
+        heard = silent = 0
+        with suppress(GuardLost):  # `check` and `call` report it.
             while not self._over.wait(BEAT_S):
+                silent = silent + 1 if heard == self._heard else 0
+                heard = self._heard
+                if heard and silent > STILL_BEATS:
+                    self._process.kill()
+                    return
                 silent_s = time.monotonic() - self._attended_s
                 if self._armed and not (self._attention_s and silent_s > self._attention_s):
                     self._send(b"")

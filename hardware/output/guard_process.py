@@ -11,7 +11,8 @@ empty                 a heartbeat, as is any other line
 ``.``                 the session ends, and the output is confirmed off
 ====================  ==========================================================================
 
-The guard answers in JSON: ``{"n": n, "answer": text}`` or ``{"n": n, "fault": record}``. Rules:
+The guard answers in JSON: ``{"n": n, "answer": text}`` or ``{"n": n, "fault": record}``. Every
+`ALIVE_S`, it writes ``{}`` as a sign of life. Rules:
 
 - If the output may be on and no line arrives for `WATCHDOG_S`, the guard switches it off and
   reports ``{"tripped_s": seconds}``. The session continues once it beats again.
@@ -34,7 +35,7 @@ from queue import Empty, SimpleQueue
 from threading import Thread
 from typing import TYPE_CHECKING, BinaryIO
 
-from slipscale.hardware.errors import ConnectionLost, PlateFault
+from slipscale.hardware.errors import GuardLost, PlateFault
 
 if TYPE_CHECKING:
     from slipscale.hardware.output.unattended import Switch
@@ -42,6 +43,7 @@ if TYPE_CHECKING:
 WATCHDOG_S = 0.7
 GRACE_S = 0.05  # for lines that arrived while this process was not running
 RETRY_S, TRIES_S = 0.2, 600.0
+ALIVE_S = 0.5
 IGNORED = ("SIGINT", "SIGTERM", "SIGHUP", "SIGQUIT", "SIGTSTP", "SIGPIPE", "SIGBREAK")
 
 ON, OFF, END = b"+", b"-", b"."
@@ -127,7 +129,7 @@ class GuardProcess:
 def _as_fault(error: Exception) -> PlateFault:
     if isinstance(error, PlateFault):
         return error
-    return ConnectionLost("the guard process failed ({error})", error=repr(error))
+    return GuardLost("the guard process failed ({error})", error=repr(error))
 
 
 def tell(answers: BinaryIO, answer: dict[str, object]) -> None:
@@ -135,6 +137,13 @@ def tell(answers: BinaryIO, answer: dict[str, object]) -> None:
     with suppress(OSError):
         answers.write(json.dumps(answer).encode() + b"\n")
         answers.flush()
+
+
+def live(answers: BinaryIO) -> None:
+    """Give signs of life until this process ends."""
+    while True:
+        time.sleep(ALIVE_S)
+        tell(answers, {})
 
 
 def main() -> None:
@@ -152,6 +161,7 @@ def main() -> None:
         tell(answers, {"n": 0, "fault": _as_fault(error).record()})
         return
     tell(answers, {"n": 0, "answer": ""})
+    Thread(target=live, args=(answers,), daemon=True).start()
     GuardProcess(switch, answers).serve(sys.stdin.buffer)
 
 

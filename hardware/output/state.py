@@ -30,7 +30,14 @@ from contextlib import contextmanager, suppress
 from typing import ClassVar
 
 from slipscale.hardware.clock import Clock
-from slipscale.hardware.errors import ConnectionLost, Frozen, OverLimit, PlateFault, StillVibrating
+from slipscale.hardware.errors import (
+    ConnectionLost,
+    Frozen,
+    GuardLost,
+    OverLimit,
+    PlateFault,
+    StillVibrating,
+)
 from slipscale.hardware.limits import OnTime, PlateLimits
 from slipscale.hardware.output import guard as guards
 from slipscale.hardware.output.instrument_lock import InstrumentLock
@@ -117,7 +124,7 @@ class GuardedOutput(ABC):
         if self._guard is None or self._guard.ended:
             self._start_guard()
         if self._guard is None:
-            raise ConnectionLost(guards.ENDED)
+            raise GuardLost(guards.ENDED)
         return self._guard.call(method, *words)
 
     def attend(self) -> None:

@@ -98,6 +98,11 @@ GROUPS: dict[str, dict[str, tuple[str, str, str]]] = {
         ),
     },
     "Rig and laboratory": {
+        "setup": (
+            "slipscale.experiments.cli.setup",
+            "install what sessions require, without 1 GB that PsychoPy brings and nobody uses",
+            "slipscale setup session",
+        ),
         "plate": (
             "slipscale.experiments.cli.plate",
             "the plate: list, new, sign, calibrate, watch, emulate, conform, design",
@@ -121,7 +126,7 @@ GROUPS: dict[str, dict[str, tuple[str, str, str]]] = {
     },
 }
 COMMANDS = {name: row for group in GROUPS.values() for name, row in group.items()}
-WITH_SUBCOMMANDS = ("data", "lab", "plate", "study")
+WITH_SUBCOMMANDS = ("data", "lab", "plate", "setup", "study")
 
 
 def usage() -> str:
@@ -156,6 +161,7 @@ def main(arguments: list[str] | None = None) -> int:
         complete()
     if arguments is not None:
         return _answer(arguments)
+    _start_in_utf_8()
     # With more BLAS threads, fits with small matrices need twice the processor time.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     from slipscale.faults.lasting_output import last
@@ -172,6 +178,22 @@ def main(arguments: list[str] | None = None) -> int:
             raise
         return INTERRUPTED  # A library turned the KeyboardInterrupt into another exception.
     return status
+
+
+def _start_in_utf_8() -> None:
+    """Start again in Python's UTF-8 mode if files would be read in another encoding.
+
+    PsychoPy reads its own files in the encoding of the terminal, which keeps it.
+    """
+    import locale
+
+    encoding = locale.getencoding()
+    in_utf_8 = sys.flags.utf8_mode or encoding.lower() in {"utf-8", "utf8"}
+    if in_utf_8 or sys.platform == "win32" or os.environ.get("PYTHONUTF8") == "1":
+        return
+    os.environ["PYTHONUTF8"] = "1"
+    os.environ.setdefault("PYTHONIOENCODING", encoding)
+    os.execv(sys.executable, [sys.executable, *sys.orig_argv[1:]])  # noqa: S606 - this command
 
 
 def _signals_end() -> list[str]:

@@ -13,6 +13,7 @@ from argparse import Namespace
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import asdict, dataclass
+from itertools import pairwise
 from pathlib import Path
 
 from slipscale.experiments.lab.defaults import here
@@ -71,6 +72,7 @@ NEEDS = (
     Need("export", ("numpyro", "jax"), "bayesian"),
     Need("export", ("docx",), "forms", "word"),
     Need("export", ("weasyprint",), "forms", "pdf"),
+    Need("export", ("pyreadstat",), "forms", "spss"),
     Need("power", ("distributed",), "scheduler"),
     Need("run", ("psychopy",)),
     Need("check", ("psychopy", "sounddevice")),
@@ -261,6 +263,8 @@ def unwritable(path: Path) -> str:
         return f"cannot be reached ({error.strerror}); name another folder"
     if folder != path and not folder.is_dir():
         return f"{folder} is a file; name a folder"
+    if folder.is_symlink() and ("annex", "objects") in pairwise(folder.readlink().parts):
+        return f"{folder} is locked by git-annex; unlock it first: git annex unlock {folder}"
     if not os.access(folder, os.W_OK):
         return f"no permission to write to {folder}; change its permissions, or name another folder"
     return ""

@@ -15,8 +15,6 @@ ESTIMATION_HEADER = [
     "amplitude_readback_um_pp",
     "estimate",
     "response_time",
-    "onset",
-    "duration",
     "exploration_time",
     "scale_top",
     "modulus",
@@ -37,8 +35,6 @@ DIFFERENCE_HEADER = [
     "verbal_report",
     "confidence",
     "response_time",
-    "onset",
-    "duration",
     "repeats",
     "flag",
 ]

@@ -1,6 +1,7 @@
 """The documentation site: it builds without a warning, and asks the network for nothing."""
 
 import argparse
+import json
 import os
 import re
 import subprocess
@@ -12,9 +13,14 @@ from urllib.parse import unquote, urlsplit
 
 import pytest
 
-from slipscale.experiments.study.file import read_study, study_text
+import slipscale
+from slipscale.experiments.study.file import read_study, shipped_studies, study_text
 from slipscale.experiments.study.schema import study_schema
+from slipscale.hardware.clock import VirtualClock
+from slipscale.hardware.contact.source import Sample, SensorFault, Surroundings
+from tests.support.own_modules import FOLDERS
 from tools.site import (
+    cite,
     command_reference,
     gallery,
     hooks,
@@ -212,3 +218,58 @@ def test_a_study_s_page_has_its_source_effect_assumed_values_analysis_and_file()
 def test_the_index_of_published_studies_links_to_each_study_s_page(pages, site):
     links = pages[site / "tutorials" / "published-studies.html"].links
     assert {f"../studies/{name}.html" for name in gallery.PUBLISHED} <= set(links)
+
+
+def test_the_search_ranks_pages_for_users_before_generated_ones(site):
+    found = json.loads((site / "search/search_index.json").read_text(encoding="utf-8"))["docs"]
+    ranks = {each["location"]: each.get("boost", 1.0) for each in found}
+    assert ranks["how-to/finger.html"] == ranks["tutorials/first-day.html"] == 2.0
+    assert ranks["extending/adding-a-sensor.html"] == 1.0
+    assert ranks["reference/commands.html"] == ranks["studies/biet2007.html"] == 0.6
+    assert ranks["decisions/pilots.html"] == ranks["changelog.html"] == 0.3
+
+
+def test_the_page_on_citing_has_the_version_and_both_entries():
+    text = cite.pages()["cite.md"]
+    assert f"version {slipscale.__version__}" in text
+    assert "@software{slipscale," in text
+    assert "  pages = {2678--2688}," in text
+    assert "M. Biet, F. Giraud, B. Lemaire-Semail" in text
+
+
+def test_the_gallery_shows_a_figure_of_each_study():
+    index = gallery.pages()["studies/index.md"]
+    for name in shipped_studies():
+        assert f"]({name}.md)\n\n    ![Level of each trial of participant 01]({name}.svg)" in index
+
+
+def test_the_page_on_the_environment_lists_each_variable_that_the_package_reads_or_sets():
+    page = (ROOT / "docs/reference/environment.md").read_text(encoding="utf-8")
+    listed = set(
+        re.findall(r"`([A-Z_]+)`", page.partition("## Environment")[2].partition("Proxies")[0])
+    )
+    own = re.compile(r"environ(?:\.get|\.setdefault)?[\[(]\"(\w+)\"|\"(\w+)\" in os\.environ")
+    used = {
+        name
+        for folder in ("src/slipscale", *FOLDERS)
+        for path in (ROOT / folder).rglob("*.py")
+        for pair in own.findall(path.read_text(encoding="utf-8"))
+        for name in pair
+        if name
+    }
+    assert used | {"SLIPSCALE_MESSAGES_AS_DATA"} == listed
+
+
+def test_the_sensor_on_its_page_measures_and_reports_its_fault(tmp_path):
+    page = (ROOT / "docs/extending/adding-a-sensor.md").read_text(encoding="utf-8")
+    (code,) = re.findall(r"```python file=ourcell.py\n(.*?)```", page, re.DOTALL)
+    made = {}
+    exec(code, made)  # noqa: S102 - our own page
+    file = tmp_path / "cell.txt"
+    file.write_text("0.5 -0.25")
+    clock = VirtualClock()
+    with made["open_force"](str(file), Surroundings(clock=clock)) as source:
+        assert source.take() == [Sample(clock.now(), (0.5, -0.25))]
+        file.write_text("")
+        with pytest.raises(SensorFault, match="ourcell"):
+            source.begin()

@@ -6,14 +6,18 @@ import tomllib
 from types import SimpleNamespace
 
 import pytest
+from packaging.requirements import Requirement
+from packaging.version import Version
 
 from tools import setup
 
 PYPROJECT = tomllib.loads((setup.ROOT / "pyproject.toml").read_text(encoding="utf-8"))
 LEFT_OUT = set(PYPROJECT["tool"]["uv"]["exclude-dependencies"])
 TOOLS = {
-    re.split("[>=;]", each)[0]
-    for each in PYPROJECT["dependency-groups"]["dev"]
+    re.split("[<>=;]", each)[0]
+    for group in PYPROJECT["dependency-groups"].values()
+    for each in group
+    if isinstance(each, str)  # no group in a group
     if not each.startswith(("distributed", "questplus"))  # also the analysis' and PsychoPy's
 }
 
@@ -58,7 +62,33 @@ def test_the_pins_hold_what_their_extras_declare(name):
     declared = PYPROJECT["project"]["dependencies"] + [
         requirement for extra in chosen for requirement in extras[extra]
     ]
-    assert {re.split("[>=;]", each)[0] for each in declared} <= {pin[0] for pin in pinned(name)}
+    assert {re.split("[<>=;]", each)[0] for each in declared} <= {pin[0] for pin in pinned(name)}
+
+
+def test_each_lower_bound_is_the_version_with_which_make_lowest_tests():
+    """Bounds that nothing tests are wrong sooner or later; new ones: make lowest-requirements."""
+    text = (setup.ROOT / "requirements/lowest.txt").read_text(encoding="utf-8")
+    lowest = {
+        name.lower(): Version(version) for name, version in re.findall(r"(?m)^(\S+)==(\S+)", text)
+    }
+    project = PYPROJECT["project"]
+    extras = {*re.findall(r"\w+", project["optional-dependencies"]["all"][0])[1:], "cluster"}
+    declared = [
+        Requirement(each)
+        for each in project["dependencies"]
+        + [each for extra in extras for each in project["optional-dependencies"][extra]]
+        if "sys_platform" not in each  # tested where it applies
+    ]
+    bounds = {
+        each.name: Version(part.version)
+        for each in declared
+        for part in each.specifier
+        if part.operator == ">="
+    }
+    assert len(bounds) > 25
+    assert {
+        name: str(lowest[name]) for name, bound in bounds.items() if lowest[name] != bound
+    } == {}
 
 
 @pytest.fixture

@@ -43,6 +43,7 @@ def test_every_module_and_every_data_file_is_in_the_wheel_and_in_one_package(whe
     }
     assert len(wanted) > 500
     assert wanted - wheel[1] == set()
+    assert "slipscale/pins/session.txt" in wheel[1]  # what `slipscale setup session` installs
     assert {name.partition("/")[0] for name in wheel[1]} == {"slipscale"}
 
 

@@ -89,6 +89,7 @@ SCENES: dict[str, tuple[Callable[[Stage], object], str, str]] = {
     "table-faulty": (lambda stage: stage.describe(FAULTY, "#choices .why"), "table", ""),
     "table-report": (lambda stage: stage.report(CHOSEN), "table", ""),
     "table-own-report": (nothing, "table/001/report", ""),
+    "table-sheets": (lambda stage: stage.upload_workbook(OUTCOMES), "table", ""),
     "planning-computed": (Stage.plan, "planning", ""),
     "planning-frozen": (
         lambda stage: stage.do("freeze", "main a[download]", "planning"),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+import io
 import json
 import re
 import subprocess
@@ -145,9 +146,24 @@ class Stage:
 
     def upload(self, table: str) -> None:
         """Upload a table, and wait for its description."""
-        content = base64.b64encode(table.encode()).decode()
-        sent = {"name": "outcomes.csv", "content": content}
-        self.do("upload", "#choices form", "table", table=sent)
+        self._upload("outcomes.csv", table.encode(), "#choices form")
+
+    def upload_workbook(self, table: str) -> None:
+        """Upload a table as the second sheet of a workbook."""
+        import openpyxl
+
+        book, stored = openpyxl.Workbook(), io.BytesIO()
+        rows = [line.split(",") for line in table.splitlines()]
+        for name, cells in (("notes", rows[:2]), ("data", rows)):
+            sheet = book.create_sheet(name)
+            for row in cells:
+                sheet.append(row)
+        book.save(stored)
+        self._upload("outcomes.xlsx", stored.getvalue(), "select[name=sheet]")
+
+    def _upload(self, name: str, content: bytes, until: str) -> None:
+        sent = {"name": name, "content": base64.b64encode(content).decode()}
+        self.do("upload", until, "table", tables=[sent])
 
     def describe(self, choices: dict[str, Any], until: str) -> None:
         """Describe the uploaded table with some choices."""

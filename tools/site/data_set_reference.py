@@ -14,6 +14,7 @@ from slipscale.experiments.dataset.further_tables.person_columns import (
 )
 from slipscale.experiments.dataset.measured import MEASURED
 from slipscale.experiments.dataset.schema import (
+    EVENTS,
     FLAG_SEPARATOR,
     FLAGS,
     MISSING,
@@ -41,6 +42,31 @@ to peak.
 
 This page is generated from `experiments/dataset/schema.py` and the protocols.
 """
+EVENTS_TEXT = """
+## Events
+
+Next to each table, `..._events.tsv` contains the times of the trials, since BIDS stores onsets and
+durations in tables of events. Join it to the table with the column `trial`. The sidecar
+`task-..._events.json` gives each trial type its HED tags.
+
+"""
+WARNINGS_TEXT = """
+## The BIDS validator
+
+The official validator reports no error. Its warnings are:
+
+"""
+#: What the validator recommends and Slipscale does not write, and why.
+WARNINGS = {
+    "CogAtlasID": "no entry of the Cognitive Atlas describes these tasks",
+    "CogPOID": "the same for the Cognitive Paradigm Ontology",
+    "InstitutionName": "not recorded; add it to `task-..._beh.json` of a copy before you publish",
+    "InstitutionAddress": "as above",
+    "InstitutionalDepartmentName": "as above",
+    "SourceDatasets": "the data come from no other data set",
+    "StimulusPresentation": "the sidecar's key `software` names PsychoPy and its version",
+    "TOO_FEW_AUTHORS": "the study file names a single author, or none yet",
+}
 PEOPLE = f"""
 ## participants.tsv
 
@@ -110,11 +136,13 @@ def page() -> str:
             f"\n## {protocol.titled()}\n\n`sub-01/beh/{stem}.tsv`, protocol `{name}`.{more}\n\n",
             _table([row for row in rows[name] if row not in shared]),
         ]
+    parts += [EVENTS_TEXT, _table(_rows(EVENTS))]
     parts += [MEASURED_TEXT, _table(_rows(MEASURED))]
     parts += [PEOPLE, _table(_rows(person_columns()))]
     parts += [SESSIONS, _table(_rows(session_columns()))]
     parts += [QUESTIONNAIRES, _table(_rows(questionnaire_columns({}, (SESSION, RUN))))]
     parts += [FLAG_TEXT, _meanings("flag", FLAGS), SIDECAR_TEXT, _meanings("key", NOTES)]
+    parts += [WARNINGS_TEXT, _meanings("warning", WARNINGS)]
     return "".join(parts)
 
 

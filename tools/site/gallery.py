@@ -53,6 +53,18 @@ machine.
 ```text
 {shown}
 ```"""
+CARDS = """
+## The trials of each study
+
+<div class="grid cards" markdown>
+
+{cards}
+</div>
+"""
+CARD = """-   [{title}]({name}.md)
+
+    ![Level of each trial of participant 01]({name}.svg)
+"""
 COMMANDS = """Simulate and analyse the study, freeze the plan, run a session, and analyse the data:
 
 ```sh
@@ -68,7 +80,8 @@ def pages() -> dict[str, str]:
     """Return one page and one figure per study, and the index."""
     made: dict[str, str] = {}
     rows = []
-    for name in shipped_studies():
+    names = shipped_studies()
+    for name in names:
         study, text = read_study(name)
         made[f"studies/{name}.md"] = page(name, study, text)
         made[f"studies/{name}.svg"] = figure(name, study, text)
@@ -82,7 +95,10 @@ def pages() -> dict[str, str]:
             ]
         )
     header = ["study", "title", "levels", "textures", "tasks"]
-    return {"studies/index.md": f"{INTRODUCTION}\n{table(header, rows)}\n", **made}
+    cards = CARDS.format(
+        cards="\n".join(CARD.format(name=name, title=read_study(name)[0].title) for name in names)
+    )
+    return {"studies/index.md": f"{INTRODUCTION}\n{table(header, rows)}\n{cards}", **made}
 
 
 def published_studies() -> str:

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING
 from mkdocs.structure.files import File, Files
 
 from tools.site import (
+    cite,
     command_reference,
     data_set_reference,
     decisions,
@@ -35,6 +36,7 @@ ROOT = Path(__file__).parents[2]
 
 # Each function returns pages (or other files) by path in the site's sources.
 SOURCES: tuple[Callable[[], dict[str, str]], ...] = (
+    cite.pages,
     command_reference.pages,
     data_set_reference.pages,
     decisions.pages,
@@ -61,11 +63,22 @@ MENU: dict[str, tuple[str, ...]] = {
     "reference": ("reference/study-file.md", "reference/commands.md", "reference/plates.md"),
     "extending": (),
 }
-PROJECT = ("changelog.md", "contributing.md", "decisions/index.md")
+PROJECT = ("cite.md", "changelog.md", "contributing.md", "decisions/index.md")
 # Placeholder for the generated table of published studies.
 PUBLISHED_STUDIES = "<!-- published studies -->"
-# Pages that the search ranks below pages for users.
+# Pages that are not in their folder's menu.
 SPECIAL = ("decisions/", "reference/python/")
+# Rank in the search by the beginning of a page's path: pages for users come first.
+RANKS = {
+    **dict.fromkeys((*SPECIAL, "changelog.md", "contributing.md"), 0.3),
+    **dict.fromkeys(("validation/", "reference/", "studies/"), 0.6),
+    **dict.fromkeys(("how-to/", "tutorials/"), 2.0),
+}
+
+
+def rank(path: str) -> float:
+    """Return the rank of a page, by the first entry of `RANKS` that matches."""
+    return next((value for start, value in RANKS.items() if path.startswith(start)), 1.0)
 
 
 def on_files(files: Files, config: MkDocsConfig) -> Files:
@@ -116,8 +129,7 @@ def for_the_site(text: str) -> str:
 
 def on_page_markdown(markdown: str, *, page: Page, **_: object) -> str:
     """Show the file names of code blocks, mark doctests as code, and set the search rank."""
-    if page.file.src_uri.startswith(SPECIAL):
-        page.meta["search"] = {"boost": 0.3}
+    page.meta["search"] = {"boost": rank(page.file.src_uri)}
     markdown = markdown.replace(".ipynb)", ".md)")
     if PUBLISHED_STUDIES in markdown:
         markdown = markdown.replace(PUBLISHED_STUDIES, gallery.published_studies())

@@ -19,10 +19,11 @@ from slipscale.analysis.reading.cells import listed
 from slipscale.analysis.reading.delimited import STANDARD_INPUT, Problems, Source, header_of
 from slipscale.analysis.reading.foreign.columns import NUMBERS, OURS
 from slipscale.analysis.reading.foreign.names import people_in_names
+from slipscale.analysis.reading.foreign.together import read_together
 from slipscale.analysis.reading.own_results import RESULTS
 from slipscale.analysis.reading.programs.records import as_text
 from slipscale.analysis.reading.suspicions import check_labels
-from slipscale.analysis.reading.table_by_hand import read_table
+from slipscale.analysis.reading.table_by_hand import Request
 from slipscale.experiments.dataset.schema import PARTICIPANT
 from slipscale.faults import UserError
 from slipscale.faults.folders import visible
@@ -37,7 +38,10 @@ BIDS_LABEL = re.compile(r"(?<![^_])(sub|ses|task|run)-([^_]+)")
 #: Label in file names, keyed by the field of `mapping.Columns` with the same meaning.
 IN_NAMES = {"participant": "sub", "session": "ses", "run": "run"}
 #: Endings of tables in a folder. Of several, the most frequent one is read, then the first.
-TABLES = (".csv", ".tsv", ".xlsx", ".sav", ".zsav", ".mat", ".json", ".txt", ".dat")
+TABLES = (
+    *(".csv", ".tsv", ".xlsx", ".sav", ".zsav", ".dta", ".mat", ".json", ".jsonl", ".ndjson"),
+    *(".txt", ".dat", ".gz"),
+)
 #: Folders of a data set that contain no tables to read.
 NO_TABLES = {"derivatives", "sourcedata", "code"}
 #: Proportion of the usual number of rows below which a file is reported as unfinished.
@@ -80,24 +84,20 @@ def read_rows(
             "each file once",
             path=twice[0],
         )
-    frames: list[pd.DataFrame] = []
-    sources: list[Source] = []
-    faults: list[tuple[str, UserError]] = []
-    for table in tables:
-        notes = Problems()
-        try:
-            frame, source = _read(table, root, mapping, layout, notes)
-        except UserError as error:
-            if len(tables) == 1:
-                raise
-            faults.append((table.path.name, error))
-            continue
-        problems.sentences += notes.sentences
-        frames.append(frame.assign(file=len(sources), **table.labels))
-        sources.append(source)
-    if not frames:
-        raise faults[0][1]
-    problems.add_many([f"left out: {error}" for _, error in faults], "files left out")
+    read, faults = read_together(
+        [table.path for table in tables], _request(tables[0], mapping, layout), root, problems
+    )
+    if len(tables) == len(faults):
+        raise next(iter(faults.values()))
+    left_out = tuple(tables[place].path.name for place in faults)
+    frames = [frame for frame, _ in read.values()]
+    sources = [source for _, source in read.values()]
+    for place, frame in zip(read, frames, strict=True):
+        for name, label in tables[place].labels.items():
+            frame[name] = label
+        if mapping.columns.n and mapping.columns.n not in frame:
+            frame[mapping.columns.n] = int(mapping.columns.n)
+    problems.add_many([f"left out: {error}" for error in faults.values()], "files left out")
     problems.add_many(_copies(sources), "copied files")
     _count(frames, sources, problems)
     filled = [frame for frame in frames if len(frame)] or frames[:1]
@@ -117,7 +117,8 @@ def read_rows(
     events = [mapping.shape.rows_of.column] if mapping.shape.rows_of else []
     kept = {*named, *mapping.levels, *mapping.shape.compared, *events, *IDENTIFIED, "file", "line"}
     unwanted = mapping.table.only if layout.everything else [c for c in rows if c not in kept]
-    return rows.drop(columns=list(unwanted)), sources, tuple(name for name, _ in faults)
+    wanted = [name for name in rows if name not in unwanted]
+    return rows[wanted] if len(unwanted) else rows, sources, left_out
 
 
 #: Columns that may come from the names of files.
@@ -157,10 +158,8 @@ def _count(frames: Sequence[pd.DataFrame], sources: Sequence[Source], problems: 
         )
 
 
-def _read(
-    table: Table, root: Path, mapping: TableMapping, layout: Layout, problems: Problems
-) -> tuple[pd.DataFrame, Source]:
-    """Read one table, with a constant number of answers if ``n`` is a number."""
+def _request(table: Table, mapping: TableMapping, layout: Layout) -> Request:
+    """Return what is read from each table, whose names have the same labels as this one's."""
     columns = mapping.columns.named
     figures = [columns[name] for name in NUMBERS if name in columns] + list(mapping.levels)
     words = [column for name, column in columns.items() if name not in NUMBERS]
@@ -168,31 +167,19 @@ def _read(
     words += [mapping.shape.rows_of.column] if mapping.shape.rows_of else []
     words = list(dict.fromkeys(c for c in words if c not in (*figures, *table.labels)))
     figures = [column for column in figures if column not in table.labels]
+    # The number of all answers may be stated instead of a column.
     n = columns.get("n", "")
-    required = [*words, *(column for column in figures if not (column == n and n.isdigit()))]
     who = columns.get("participant")
-    frame, source = read_table(
-        table.path,
-        root=root,
-        required=required,
+    return Request(
+        required=[*words, *(name for name in figures if not (name == n and n.isdigit()))],
         numbers=figures,
         words=words,
         identifier=who if who not in table.labels else None,
-        problems=problems,
         decimal=mapping.table.decimal,
         sheet=mapping.table.sheet,
         header=mapping.shape.header,
         everything=layout.everything,
     )
-    if n and n not in frame:
-        if not n.isdigit():
-            raise UserError(
-                "{path}: no column {n}; expected a column, or a number such as --n 20",
-                path=table.path,
-                n=n,
-            )
-        frame[n] = int(n)
-    return frame, source
 
 
 def _tables(

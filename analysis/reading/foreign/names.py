@@ -16,6 +16,8 @@ DATE = re.compile(
     r"(?<![^\W_])(?:(?:19|20)\d\d[-_.]?(?:[01]\d|[A-Z][a-z]{2})[-_.]?[0-3]\d)"
     r"(?:[-_ T]*\d{1,2}[-h:._]?\d\d(?:[-m:._]?\d\d)?(?:[.s]\d+)?)?(?![^\W_])"
 )
+#: Ending of compressed files, which have another ending before it.
+PACKED = ".gz"
 PARTS = re.compile(r"[_\s/\\]+")
 
 
@@ -57,6 +59,7 @@ def people_in_names(paths: Sequence[Path], pattern: str) -> list[str]:
 
 def _names(paths: Sequence[Path]) -> list[str]:
     """Return the names without their endings; names that do not differ, with their folders."""
+    paths = [path.with_suffix("") if path.suffix == PACKED else path for path in paths]
     names = [path.stem for path in paths]
     if len(set(names)) == len(names):
         return names

@@ -10,78 +10,40 @@ import re
 import shlex
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
-from functools import partial
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import pandas as pd
 
 from slipscale.analysis.reading.answer_codes import are_usual
-from slipscale.analysis.reading.cells import cell, listed
+from slipscale.analysis.reading.cells import listed
 from slipscale.analysis.reading.cleaning import as_numbers
 from slipscale.analysis.reading.delimited import Problems
+from slipscale.analysis.reading.foreign.described_columns import (
+    NO_LEVELS,
+    Column,
+    describe,
+    levels_in,
+)
 from slipscale.analysis.reading.foreign.files import BIDS_TABLE, in_folder
 from slipscale.analysis.reading.foreign.presets import columns_of, preset_of
 from slipscale.analysis.reading.foreign.recognition import Given, layout_of
 from slipscale.analysis.reading.meaning.mapping import beside
-from slipscale.analysis.reading.table_by_hand import read_table
+from slipscale.analysis.reading.programs.wanted import SeveralTables
+from slipscale.analysis.reading.table_by_hand import Request, read_table
 from slipscale.experiments.dataset.schema import PARTICIPANT
 from slipscale.faults import UserError
 from slipscale.faults.folders import visible
 
 #: Columns of a table that need no options.
 OWN = (PARTICIPANT, "amplitude_um_pp", "estimate")
-#: Largest number of values that are listed, and of levels.
-LISTED, MOST_LEVELS = 8, 30
-#: Smallest number of levels.
-FEWEST_LEVELS = 3
 #: Largest number of conditions of a proposed factor, smallest proportion of their combinations with
 #: levels that occur, and names of columns that describe trials or answers.
 MOST_CONDITIONS, CROSSED = 6, 0.75
 NO_CONDITIONS = re.compile(r"(?i)key|resp|answer|correct|choice|side|order|block|session|run")
-#: Names of columns that count trials or contain times.
-NO_LEVELS = re.compile(
-    r"(?i)this(rep|trial)?n$|(^|[._ ])(rt|time|index|trial|block|run|session|age)|time$|_nr$"
-)
 #: Responses with so few different values are codes.
 CODES = 2
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Column:
-    """Description of a column.
-
-    Parameters
-    ----------
-    name : str
-    values : tuple of str
-        Its most frequent values, at most `LISTED`; numbers in ascending order.
-    distinct, missing : int
-        Number of different values, and of blank cells.
-    range : tuple of float or None
-        Smallest and largest number; None if the values are not numbers.
-    """
-
-    name: str
-    values: tuple[str, ...]
-    distinct: int
-    missing: int
-    range: tuple[float, float] | None
-
-    @property
-    def like_levels(self) -> bool:
-        """Whether the column could contain the levels."""
-        few = self.range is not None and FEWEST_LEVELS <= self.distinct <= MOST_LEVELS
-        return few and not NO_LEVELS.search(self.name)
-
-    def __str__(self) -> str:
-        """Return the description in one line."""
-        kind = "text" if self.range is None else f"{self.range[0]:g} to {self.range[1]:g}"
-        more = ", ..." if self.distinct > len(self.values) else ""
-        blank = f"; {self.missing} missing" if self.missing else ""
-        count = "1 value" if self.distinct == 1 else f"{self.distinct} values"
-        return f"{cell(self.name)}: {kind}, {count} ({', '.join(self.values)}{more}){blank}"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -102,14 +64,15 @@ class Question:
     def __str__(self) -> str:
         """Return the question in one sentence, with the candidates and their values."""
         text = QUESTIONS[self.option]
-        if self.option == RESULTS:
+        if self.option in (RESULTS, SHEET):
             return text
         shown = listed(f"{column.name} ({', '.join(column.values)})" for column in self.candidates)
         return f"{text} {shown or 'No column looks like it'}."
 
 
-RESULTS = "results"
+RESULTS, SHEET = "results", "sheet"
 QUESTIONS = {
+    SHEET: "Which sheet contains the data (--sheet)? The first one is described.",
     "stimulus": "Which column contains the levels (--stimulus)?",
     "answer": "Which column contains the answers (--answer)?",
     "response": "Which column contains the answers (--response)?",
@@ -138,6 +101,8 @@ class Proposal:
     frame : DataFrame
         The cells of the first table.
     columns : tuple of Column
+    sheets : tuple of str
+        Sheets of the workbook, if there are several; one of them is described.
     given : Mapping
         Proposed options, as keywords, with names in capital letters for what is unknown.
     questions : tuple of Question
@@ -149,6 +114,7 @@ class Proposal:
     program: str
     frame: pd.DataFrame
     columns: tuple[Column, ...]
+    sheets: tuple[str, ...]
     given: Mapping[str, object]
     questions: tuple[Question, ...]
 
@@ -162,6 +128,7 @@ class Proposal:
         """Return the description and the questions, one per line."""
         many = f", the first of {len(self.tables)} tables" if len(self.tables) > 1 else ""
         by = f", {self.program}" if self.program else ""
+        by += f", sheet {self.given[SHEET]} of {listed(self.sheets)}" if self.sheets else ""
         head = f"{self.tables[0].name}{many}: {len(self.frame)} rows{by}"
         return "\n".join(
             [head, *(f"  {column}" for column in self.columns), *map(str, self.questions)]
@@ -199,14 +166,17 @@ def as_options(given: Mapping[str, object]) -> list[str]:
     return words
 
 
-def proposal_for(paths: Sequence[Path]) -> Proposal | None:
+def proposal_for(paths: Sequence[Path], sheet: str | None = None) -> Proposal | None:
     """Describe the first of several tables; return None if the data need no options."""
-    found = None if beside(paths[0]) is not None else described(paths)
+    found = None if beside(paths[0]) is not None else described(paths, sheet)
     return None if found is None or set(OWN) <= set(found.frame.columns) else found
 
 
-def described(paths: Sequence[Path]) -> Proposal | None:
-    """Describe the first of several tables; return None if there is no table."""
+def described(paths: Sequence[Path], sheet: str | None = None) -> Proposal | None:
+    """Describe the first of several tables; return None if there is no table.
+
+    Of several sheets, the stated or the first one is described.
+    """
     tables = [path for path in paths if path.is_file()]
     for path in paths:
         if not path.is_dir():
@@ -216,31 +186,38 @@ def described(paths: Sequence[Path]) -> Proposal | None:
             tables += [each for each in of_bids if BIDS_TABLE.fullmatch(each.name)]
         elif any(visible(path, "**/*.*")):
             tables += in_folder(path, Problems())
-    return propose(_cells(tables[0]), paths, tables) if tables else None
-
-
-def _cells(path: Path) -> pd.DataFrame:
-    """Return all cells of a table; a first line like the other lines is no header."""
-    read = partial(
-        read_table,
-        path,
-        required=(),
-        numbers=(),
-        words=(),
-        identifier=None,
-        problems=Problems(),
-        everything=True,
-    )
+    if not tables:
+        return None
+    sheets: tuple[str, ...] = ()
     try:
-        frame, _ = read()
+        frame = _cells(tables[0], None)
+    except SeveralTables as several:
+        sheets = several.names
+        frame = _cells(tables[0], sheet or sheets[0])
+    found = propose(frame, paths, tables)
+    if not sheets:
+        return found
+    asked = () if sheet else (Question(option=SHEET, candidates=()),)
+    given = {SHEET: sheet or sheets[0], **found.given}
+    return replace(found, sheets=sheets, given=given, questions=(*asked, *found.questions))
+
+
+def _cells(path: Path, sheet: str | None) -> pd.DataFrame:
+    """Return all cells of a table; a first line like the other lines is no header."""
+
+    def read(*, header: bool) -> pd.DataFrame:
+        request = Request(everything=True, header=header, sheet=sheet)
+        return read_table(path, request, Problems())[0].drop(columns=["file", "line"])
+
+    try:
+        frame = read(header=True)
     except UserError as error:
         # Values occur twice in a line, names do not.
         with suppress(UserError):
-            return read(header=False)[0].drop(columns=["file", "line"])
+            return read(header=False)
         raise error from None
-    frame = frame.drop(columns=["file", "line"])
     if len(frame) and all(_like_a_cell(str(name), frame[name]) for name in frame):
-        frame = read(header=False)[0].drop(columns=["file", "line"])
+        return read(header=False)
     return frame
 
 
@@ -250,26 +227,6 @@ def _like_a_cell(name: str, cells: pd.Series[Any]) -> bool:
     if numbers.notna().any():
         return bool(as_numbers(pd.Series([name], dtype="str"))[1].notna().all())
     return bool((text.str.strip() == name.strip()).any())
-
-
-def describe(frame: pd.DataFrame) -> tuple[Column, ...]:
-    """Describe the columns that contain any value."""
-    return tuple(_column(str(name), frame[name]) for name in frame if frame[name].notna().any())
-
-
-def _column(name: str, cells: pd.Series[Any]) -> Column:
-    text, numbers = as_numbers(cells)
-    text = text.dropna()
-    whole = bool(len(text)) and bool(numbers[text.index].notna().all())
-    counts = (numbers if whole else text).value_counts()
-    shown = sorted(counts.index[:LISTED]) if whole else counts.index[:LISTED]
-    return Column(
-        name=name,
-        values=tuple(f"{value:g}" if whole else cell(value) for value in shown),
-        distinct=len(counts),
-        missing=len(cells) - len(text),
-        range=(float(numbers.min()), float(numbers.max())) if whole else None,
-    )
 
 
 def propose(frame: pd.DataFrame, paths: Sequence[Path], tables: Sequence[Path]) -> Proposal:
@@ -293,8 +250,9 @@ def propose(frame: pd.DataFrame, paths: Sequence[Path], tables: Sequence[Path]) 
         given |= layout
     else:
         used = {*people[:1], *(name for found in likely.values() for name in found)}
-        levels = [column for column in columns if column.like_levels and column.name not in used]
-        given["stimulus"] = _one("stimulus", levels, questions)
+        free = [column for column in columns if column.name not in used]
+        levels, certain = levels_in(frame, people, free)
+        given["stimulus"] = _one("stimulus", levels, questions, certain=certain)
         used |= {str(given["stimulus"])}
         others = [column for column in columns if column.name not in used]
         named = {name: [c for c in found if c not in people] for name, found in likely.items()}
@@ -313,6 +271,7 @@ def propose(frame: pd.DataFrame, paths: Sequence[Path], tables: Sequence[Path]) 
         program=preset.name,
         frame=frame,
         columns=columns,
+        sheets=(),
         given=given,
         questions=tuple(questions),
     )
@@ -373,8 +332,12 @@ def coded_answer(columns: Sequence[Column], given: Mapping[str, object]) -> Colu
     return None if found is None or are_usual(found.values) else found
 
 
-def _one(option: str, found: Sequence[Column], questions: list[Question]) -> str:
-    """Return the only candidate; for several or none, ask."""
-    if len(found) != 1:
+def _one(
+    option: str, found: Sequence[Column], questions: list[Question], *, certain: bool = True
+) -> str:
+    """Return the only candidate; if it is not certain, or for several or none, ask."""
+    if len(found) != 1 or not certain:
         questions.append(Question(option=option, candidates=tuple(found)))
+    if option == "stimulus" and not certain:
+        return "LEVEL"
     return found[0].name if found else "LEVEL" if option == "stimulus" else "COLUMN"

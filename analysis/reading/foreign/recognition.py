@@ -32,13 +32,15 @@ APART = re.compile(r"(?i).*(dissim|distance|apart|differ).*")
 
 def layout_of(frame: pd.DataFrame) -> Given:
     """Return the options for a table with an unusual layout; none for one answer per row."""
+    if frame.empty:
+        return {}
     return next((given for of in LAYOUTS if (given := of(frame))), {})
 
 
 def _square(frame: pd.DataFrame) -> Given:
     """Return the content of a square table of items."""
     first, *items = frame.columns
-    labels = frame[first].fillna("").astype(str)
+    labels = frame[first].astype("str").fillna("")
     if not items or sorted(labels) != sorted(items):
         return {}
     cells = frame.set_index(labels)[items].loc[items]

@@ -15,7 +15,7 @@ from pathlib import Path
 import pandas as pd
 
 from slipscale.analysis.reading.dialect import decoded
-from slipscale.analysis.reading.programs.records import framed, head_of, records, table_of
+from slipscale.analysis.reading.programs.records import framed, records, table_of
 from slipscale.faults import UserError
 
 LOG = "*** Header Start ***"
@@ -27,9 +27,8 @@ MOST_ABOVE = 5
 ALWAYS = {"ExperimentName", "Subject"}
 
 
-def recognises(content: bytes, path: Path) -> bool:
-    """Return whether a file was written by E-Prime."""
-    head = head_of(content, path)
+def recognises(head: str, _path: Path) -> bool:
+    """Return whether a file with this beginning was written by E-Prime."""
     return head.lstrip().startswith(LOG) or _header_line(head) is not None
 
 

@@ -2,8 +2,9 @@
 
 A file is recognised as jsPsych if every trial has ``trial_type``, ``trial_index`` and
 ``time_elapsed``. A JSON file contains a single list of trials, or one list per line (one line per
-participant), as in files exported from JATOS. Files named ``.json`` are read in the same way
-without these fields.
+participant), as in files exported from JATOS. Files named ``.json``, ``.jsonl`` or ``.ndjson`` are
+read in the same way without these fields. They may also contain one object with a list per column,
+or one of the other arrangements that pandas writes.
 """
 
 from __future__ import annotations
@@ -16,18 +17,19 @@ from pathlib import Path
 import pandas as pd
 
 from slipscale.analysis.reading.dialect import decoded, separator_of
-from slipscale.analysis.reading.programs.records import framed, head_of, records
+from slipscale.analysis.reading.programs.records import framed, records
 from slipscale.faults import UserError
 
+#: Endings of JSON files of any program.
+ENDINGS = (".json", ".jsonl", ".ndjson")
 #: Fields that every trial has.
 ALWAYS = ("trial_type", "trial_index", "time_elapsed")
 
 
-def recognises(content: bytes, path: Path) -> bool:
-    """Return whether a file was written by jsPsych."""
-    head = head_of(content, path)
+def recognises(head: str, path: Path) -> bool:
+    """Return whether a file with this beginning was written by jsPsych."""
     if head[:1] in "[{" and head:
-        return path.suffix.lower() == ".json" or all(f'"{name}"' in head for name in ALWAYS)
+        return path.suffix.lower() in ENDINGS or all(f'"{name}"' in head for name in ALWAYS)
     header = head.partition("\n")[0].replace('"', "").strip("\r")
     return set(ALWAYS) <= set(header.split(separator_of(header.encode())))
 
@@ -51,7 +53,8 @@ def read(content: bytes, path: Path) -> pd.DataFrame:
     for number, trial in enumerate(trials, start=1):
         if not isinstance(trial, dict):
             raise UserError(
-                "{path}: entry {number} is {trial:.40}; expected an object with a trial's fields",
+                "{path}: entry {number} is {trial:.40}; expected an object with a trial's fields "
+                "(from pandas: table.to_json(file, orient='records'))",
                 path=path,
                 number=number,
                 trial=repr(trial),
@@ -73,11 +76,12 @@ def _without_emptied(frame: pd.DataFrame) -> pd.DataFrame:
 
 
 def _trials(text: str, path: Path) -> list[object]:
-    decoder, found, at = json.JSONDecoder(), [], 0
+    decoder, at = json.JSONDecoder(), 0
+    found: list[object] = []
     try:
         while at < len(text):
             part, at = decoder.raw_decode(text, at)
-            found += part if isinstance(part, list) else [part]
+            found += part if isinstance(part, list) else _arranged(part)
             at += len(text[at:]) - len(text[at:].lstrip(" \r\n\t,"))
     except (json.JSONDecodeError, RecursionError) as error:
         raise UserError(
@@ -88,6 +92,28 @@ def _trials(text: str, path: Path) -> list[object]:
         ) from None
     # The list may contain one list of trials per participant.
     return [trial for part in found for trial in (part if isinstance(part, list) else [part])]
+
+
+def _arranged(whole: object) -> list[object]:
+    """Return the rows in an object: a list per column, or an arrangement that pandas writes."""
+    if not isinstance(whole, dict) or not whole:
+        return [whole]
+    parts = list(whole.values())
+    found: list[object] = [whole]
+    names, rows = whole.get("columns"), whole.get("data")
+    if isinstance(rows, list) and rows and all(isinstance(row, dict) for row in rows):
+        found = rows
+    elif isinstance(names, list) and isinstance(rows, list):
+        found = [dict(zip(map(str, names), row, strict=False)) for row in rows]
+    elif all(isinstance(part, list) for part in parts):
+        if len({len(part) for part in parts}) == 1 and len(parts[0]) > 1:
+            found = [dict(zip(whole, row, strict=True)) for row in zip(*parts, strict=True)]
+    elif all(isinstance(part, dict) for part in parts) and len({tuple(p) for p in parts}) == 1:
+        if all(key.isdigit() for key in whole):
+            found = parts
+        elif parts[0] and all(key.isdigit() for key in parts[0]):
+            found = [{name: part[key] for name, part in whole.items()} for key in parts[0]]
+    return found
 
 
 def _flat(value: object, name: str = "") -> Iterator[tuple[str, object]]:

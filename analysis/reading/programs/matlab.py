@@ -11,12 +11,14 @@ from __future__ import annotations
 
 import io
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from slipscale.analysis.reading.programs.records import framed
+from slipscale.analysis.reading.programs.wanted import SeveralTables
 from slipscale.faults import UserError
 
 if TYPE_CHECKING:
@@ -32,7 +34,7 @@ SAVE = (
 VERSION_7_3 = b"MATLAB 7.3 MAT-file"
 
 
-def recognises(_content: bytes, path: Path) -> bool:
+def recognises(_head: str, path: Path) -> bool:
     """Return whether a file was written by MATLAB."""
     return path.suffix.lower() == ".mat"
 
@@ -54,7 +56,8 @@ def read(content: bytes, path: Path, sheet: str | None) -> pd.DataFrame:
     chosen = [tables[sheet]] if sheet in tables else list(tables.values()) if not sheet else []
     if len(chosen) != 1:
         named = ", ".join(name or "the vectors" for name in tables) or "none"
-        raise UserError(
+        several = not sheet and len(tables) > 1 and all(tables)
+        raise (partial(SeveralTables, names=list(tables)) if several else UserError)(
             "{path}: the file contains these tables: {named}; expected one table, or --sheet "
             "with the name of a table; {remedy}",
             path=path,

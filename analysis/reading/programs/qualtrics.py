@@ -12,16 +12,15 @@ from pathlib import Path
 import pandas as pd
 
 from slipscale.analysis.reading.dialect import decoded
-from slipscale.analysis.reading.programs.records import head_of, records, table_of
+from slipscale.analysis.reading.programs.records import records, table_of
 from slipscale.faults import UserError
 
 IMPORT_ID = '{"ImportId":'
 HEADERS = 3
 
 
-def recognises(content: bytes, path: Path) -> bool:
-    """Return whether a file was written by Qualtrics."""
-    head = head_of(content, path)
+def recognises(head: str, path: Path) -> bool:
+    """Return whether a file with this beginning was written by Qualtrics."""
     if "ImportId" not in head:
         return False
     try:

@@ -1,4 +1,4 @@
-"""Read Excel workbooks and SPSS files."""
+"""Read Excel workbooks, and files of SPSS and Stata."""
 
 from __future__ import annotations
 
@@ -6,15 +6,19 @@ import io
 import re
 import zipfile
 from collections.abc import Iterator, Sequence
+from functools import partial
 from itertools import islice
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 from xml.etree.ElementTree import ParseError
 
 import numpy as np
 import pandas as pd
 
+from slipscale.analysis.reading.delimited import filled
 from slipscale.analysis.reading.programs.records import as_cell
+from slipscale.analysis.reading.programs.wanted import SeveralTables, Wanted
 from slipscale.faults import UserError
 from slipscale.faults.message import Message
 
@@ -23,21 +27,23 @@ LARGEST_WORKBOOK_MB = 300
 #: Maximum number of cells of a sheet, with blank rows counted as one cell.
 MOST_CELLS = 20_000_000
 #: A range of merged cells in the XML of a sheet.
-MERGED = re.compile(rb'<mergeCell [^>]*ref="([^"]+)"')
+MERGED = re.compile(rb'<mergeCell [^>]*ref="([A-Z]{1,3}\d{1,7}(?::[A-Z]{1,3}\d{1,7})?)"')
+#: A cell with a formula and no value.
+FORMULA = re.compile(
+    rb'<c r="([A-Z]{1,3}\d{1,7})"[^>]*><f[^>]*(?:/>|>[^<]*</f>)(?:<v ?/>|<v></v>)?</c>'
+)
 
 
-def read_excel(content: bytes, path: Path, sheet: str | None) -> pd.DataFrame:
+def read_excel(content: bytes, path: Path, wanted: Wanted) -> pd.DataFrame:
     """Read a sheet with cells as text or numbers; ``line`` is the row number in Excel.
 
-    Parameters
-    ----------
-    sheet : str or None
-        Name of the sheet; None selects the only non-empty sheet.
+    Without a name of a sheet in ``wanted``, the only non-empty sheet is read.
 
     Raises
     ------
     UserError
-        If the file is not a workbook or has macros or merged cells, or if a sheet must be selected.
+        If the file is not a workbook or has macros, cells merged across columns or formulas
+        without values, or if a sheet must be selected.
     """
     import openpyxl
     from openpyxl.utils.exceptions import InvalidFileException
@@ -73,37 +79,108 @@ def read_excel(content: bytes, path: Path, sheet: str | None) -> pd.DataFrame:
             path=path,
             error=error,
         ) from None
-    filled = [found for found in book.worksheets if len([*islice(_rows(found, path), 2)]) > 1]
-    chosen = [found for found in filled if sheet is None or found.title == sheet]
+    some = [found for found in book.worksheets if len([*islice(_rows(found, path), 2)]) > 1]
+    sheet = wanted.sheet
+    chosen = [found for found in some if sheet is None or found.title == sheet]
     if len(chosen) != 1:
-        sheets = ", ".join(f"'{found.title}'" for found in filled) or "none with rows"
+        sheets = ", ".join(f"'{found.title}'" for found in some) or "none with rows"
         expected = (
             "the name of one sheet (--sheet)"
             if sheet is None
             else Message("a sheet '{sheet}'", sheet=sheet)
         )
-        raise UserError(
+        titles = [found.title for found in chosen]
+        raise (partial(SeveralTables, names=titles) if titles else UserError)(
             "{path}: the sheets are {sheets}; expected {expected}",
             path=path,
             sheets=sheets,
             expected=expected,
         )
     (table,) = chosen
-    if merged := MERGED.search(archive.read(table._worksheet_path)):  # noqa: SLF001 - as openpyxl reads it
-        raise UserError(
-            "{path}: cells {where} are merged; expected a header line and one row per trial, "
-            "with one value per cell",
-            path=path,
-            where=merged[1].decode(),
-        )
-    rows = list(_rows(table, path))
+    rows = _below_titles(list(_rows(table, path)))
     if not rows:
         raise UserError("{path}: the file is empty; expected a header line and rows", path=path)
     width = max(len(row) for _, row in rows)
-    names = ["" if name is None else str(name).strip() for name in _padded(rows[0][1], width)]
-    cells = [[as_cell(value) for value in _padded(row, width)] for _, row in rows[1:]]
-    frame = pd.DataFrame(cells, columns=pd.Index(names), dtype=object)
-    return _with_lines(frame, [number for number, _ in rows[1:]])
+    names = filled(["" if n is None else str(n).strip() for n in _padded(rows[0][1], width)])
+    cells = {number: list(_padded(row, width)) for number, row in rows[1:]}
+    sheet_text = archive.read(table._worksheet_path)  # noqa: SLF001 - as openpyxl reads it
+    _fill_merged(cells, sheet_text, path, header=rows[0][0])
+    _refuse_formulas(cells, sheet_text, path, names, wanted)
+    frame = pd.DataFrame(
+        [[as_cell(value) for value in row] for row in cells.values()],
+        columns=pd.Index(names),
+        dtype=object,
+    )
+    return _with_lines(frame.loc[:, _named(frame, rows[0][1])], list(cells))
+
+
+def _named(frame: pd.DataFrame, header: tuple[object, ...]) -> list[bool]:
+    """Return whether each column has a name or a value."""
+    named = [name is not None for name in _padded(header, frame.shape[1])]
+    return [name or bool(some) for name, some in zip(named, frame.notna().any(), strict=True)]
+
+
+def _below_titles(
+    rows: list[tuple[int, tuple[object, ...]]],
+) -> list[tuple[int, tuple[object, ...]]]:
+    """Return the rows from the header: above it are rows with a single cell, such as a title."""
+    widths = [sum(value is not None for value in row) for _, row in rows]
+    first = next((place for place, width in enumerate(widths) if width > 1), 0)
+    return rows[first:]
+
+
+def _fill_merged(cells: dict[int, list[object]], sheet: bytes, path: Path, *, header: int) -> None:
+    """Repeat the value of merged cells within a column in each of their rows.
+
+    Raises
+    ------
+    UserError
+        If cells of several columns are merged, or cells of the header.
+    """
+    for merged in MERGED.finditer(sheet):
+        left, top, right, bottom = merged_range(merged[1].decode())
+        if bottom < header:
+            continue
+        if left != right or top <= header:
+            raise UserError(
+                "{path}: cells {where} are merged; expected a header line and one row per trial, "
+                "with one value per cell",
+                path=path,
+                where=merged[1].decode(),
+            )
+        value = cells[top][left] if top in cells and left < len(cells[top]) else None
+        for number in range(top + 1, min(bottom, max(cells, default=0)) + 1):
+            if number in cells and left < len(cells[number]):
+                cells[number][left] = value
+
+
+def merged_range(where: str) -> tuple[int, int, int, int]:
+    """Return the first column (from 0) and row (from 1) of a range of cells, and the last ones."""
+    from openpyxl.utils.cell import range_boundaries
+
+    left, top, right, bottom = range_boundaries(where)
+    return left - 1, top, right - 1, bottom
+
+
+def _refuse_formulas(
+    cells: dict[int, list[object]], sheet: bytes, path: Path, names: Sequence[str], wanted: Wanted
+) -> None:
+    """Raise `UserError` if a column to read contains formulas without stored values.
+
+    Programs other than spreadsheets write formulas without their values.
+    """
+    for cell in FORMULA.finditer(sheet):
+        left, row, _, _ = merged_range(cell[1].decode())
+        if row not in cells or left >= len(names) or cells[row][left] is not None:
+            continue
+        if wanted.columns is None or names[left] in wanted.columns:
+            raise UserError(
+                "{path}: cell {where} in column {column} contains a formula without a stored "
+                "value; open the file in Excel or LibreOffice and save it",
+                path=path,
+                where=cell[1].decode(),
+                column=names[left],
+            )
 
 
 def _rows(sheet: Any, path: Path) -> Iterator[tuple[int, tuple[object, ...]]]:
@@ -132,33 +209,45 @@ def _padded(row: tuple[object, ...], width: int) -> tuple[object, ...]:
     return row + (None,) * (width - len(row))
 
 
-def read_spss(content: bytes, path: Path, labelled: Sequence[str]) -> pd.DataFrame:
-    """Read the cases in an SPSS file, as text or numbers; ``line`` is the row number.
+#: Programs with labelled values, and the function of pyreadstat that reads their files.
+LABELLED = {
+    ".sav": ("SPSS", "read_sav"),
+    ".zsav": ("SPSS", "read_sav"),
+    ".dta": ("Stata", "read_dta"),
+}
 
-    Parameters
-    ----------
-    labelled : sequence of str
-        Columns whose values are replaced by their labels ("female" instead of 2).
+
+def read_labelled(content: bytes, path: Path, wanted: Wanted) -> pd.DataFrame:
+    """Read the cases in a file of SPSS or Stata, as text or numbers; ``line`` is the row number.
+
+    In the columns with words, values are replaced by their labels ("female" instead of 2).
 
     Raises
     ------
     UserError
-        If the file cannot be read as an SPSS file.
+        If the file cannot be read.
     """
     import pyreadstat
 
+    program, function = LABELLED[path.suffix.lower()]
     try:
-        found, meta = pyreadstat.read_sav(str(path))
+        # The library reads files only.
+        with TemporaryDirectory() as folder:
+            file = Path(folder, f"table{path.suffix}")
+            file.write_bytes(content)
+            found, meta = getattr(pyreadstat, function)(str(file))
     except (pyreadstat.ReadstatError, pyreadstat.PyreadstatError, OSError, ValueError) as error:
         raise UserError(
-            "{path}: not a readable SPSS file ({error}); save it in SPSS as .sav or CSV",
+            "{path}: not a readable {program} file ({error}); save it in {program} as {ending} or "
+            "CSV",
             path=path,
+            program=program,
             error=error,
+            ending=path.suffix,
         ) from None
-    del content  # The library opens the file itself.
     frame = pd.DataFrame(index=found.index)
     for name in found.columns:
-        labels = meta.variable_value_labels.get(name, {}) if name in labelled else {}
+        labels = meta.variable_value_labels.get(name, {}) if name in wanted.words else {}
         cells = [as_cell(labels.get(value, value)) for value in found[name].tolist()]
         frame[name] = pd.Series(cells, dtype=object)
     return _with_lines(frame, list(range(1, len(frame) + 1)))

@@ -6,34 +6,18 @@ tables. To support another program, write a module and add a line to `PROGRAMS`.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
 import pandas as pd
 
-from slipscale.analysis.reading.programs import e_prime, jspsych, matlab, qualtrics
-from slipscale.analysis.reading.programs.spreadsheets import read_excel, read_spss
-from slipscale.faults import UserError
+from slipscale.analysis.reading.programs import e_prime, jspsych, matlab, qualtrics, unsupported
+from slipscale.analysis.reading.programs.records import head_of
+from slipscale.analysis.reading.programs.spreadsheets import LABELLED, read_excel, read_labelled
+from slipscale.analysis.reading.programs.wanted import Wanted
 
 EXCEL = (".xlsx", ".xlsm", ".xls", ".xlsb")
-SPSS = (".sav", ".zsav")
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Wanted:
-    """Options for reading a file.
-
-    Parameters
-    ----------
-    words : sequence of str
-        Columns with text. In SPSS files, the values in these columns are replaced by their labels.
-    sheet : str, optional
-        Sheet of a workbook, or variable in a MATLAB file.
-    """
-
-    words: Sequence[str]
-    sheet: str | None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -44,39 +28,38 @@ class Program:
     ----------
     name : str
     recognises : callable
-        Function that returns whether the program wrote the file.
+        Function that returns whether the program wrote the file, whose beginning is the first
+        argument (see `head_of`).
     read : callable
         Function that returns the cells as text or, if the program stores numbers, as numbers, with
         line numbers in the column ``line``.
     """
 
     name: str
-    recognises: Callable[[bytes, Path], bool]
+    recognises: Callable[[str, Path], bool]
     read: Callable[[bytes, Path, Wanted], pd.DataFrame]
 
 
-def _with_suffix(*suffixes: str) -> Callable[[bytes, Path], bool]:
+def _with_suffix(*suffixes: str) -> Callable[[str, Path], bool]:
     return lambda _, path: path.suffix.lower() in suffixes
 
 
-def _refuse_jasp(_content: bytes, path: Path, _wanted: Wanted) -> pd.DataFrame:
-    raise UserError(
-        "{path}: JASP files are not supported; export the data from JASP as CSV", path=path
-    )
+def _refuse(_content: bytes, path: Path, _wanted: Wanted) -> pd.DataFrame:
+    raise unsupported.refuse(path)
 
 
 PROGRAMS = (
     Program(
         name="Excel",
         recognises=_with_suffix(*EXCEL),
-        read=lambda content, path, wanted: read_excel(content, path, wanted.sheet),
+        read=read_excel,
     ),
     Program(
-        name="SPSS",
-        recognises=_with_suffix(*SPSS),
-        read=lambda content, path, wanted: read_spss(content, path, wanted.words),
+        name="SPSS or Stata",
+        recognises=_with_suffix(*LABELLED),
+        read=read_labelled,
     ),
-    Program(name="JASP", recognises=_with_suffix(".jasp"), read=_refuse_jasp),
+    Program(name="unsupported", recognises=unsupported.recognises, read=_refuse),
     Program(
         name="MATLAB",
         recognises=matlab.recognises,
@@ -102,4 +85,5 @@ PROGRAMS = (
 
 def program_of(content: bytes, path: Path) -> Program | None:
     """Return the program that wrote a file, or None for an ordinary text table."""
-    return next((each for each in PROGRAMS if each.recognises(content, path)), None)
+    head = head_of(content, path)
+    return next((each for each in PROGRAMS if each.recognises(head, path)), None)

@@ -219,26 +219,34 @@ class HierarchicalFit:
         steep = np.exp(theta[self.slope] + theta[self.unlike] * of_slope)
         middle = self._design @ theta[: self.coefficients]
         at = middle[:, None, None] + theta[self.spread] * of_person + theta[self.within] * inner
-        z = model.offset + steep * (self._u[:, None, None] - at)
+        z = np.subtract(self._u[:, None, None], at, out=at)
+        z *= steep
+        z += model.offset
         share, equal = model.curve.distribution(z), model.guess == "equal to lapse"
         lapse = float(theta[self.lapse])
         guess = lapse if equal else float(theta[self.guess])
         height = 1 - guess - lapse
-        p = np.clip(guess + height * share, likelihood.EDGE, 1 - likelihood.EDGE)
+        p = height * share
+        p += guess
+        np.clip(p, likelihood.EDGE, 1 - likelihood.EDGE, out=p)
 
         def gradient(pull_yes: Array, pull_no: Array) -> Array:
-            pull = pull_yes / p - pull_no / (1 - p)
-            rise = pull * height * model.curve.density(z)
-            down = -steep * rise
+            pull = pull_yes / p
+            pull -= pull_no / (1 - p)
+            rise = height * model.curve.density(z)
+            rise *= pull
+            down = -rise.sum(axis=2) * steep[:, 0]
             found = np.empty(len(theta))
-            found[: self.coefficients] = self._design.T @ down.sum(axis=(1, 2))
-            steeper = (z - model.offset) * rise
+            found[: self.coefficients] = self._design.T @ down.sum(axis=1)
+            found[self.spread] = down.sum(axis=0) @ of_person[:, 0]
+            found[self.within] = -steep[:, 0] @ rise.sum(axis=0) @ inner
+            rise *= z - model.offset
+            steeper = rise.sum(axis=(0, 2))
             found[self.slope] = steeper.sum()
-            found[self.unlike] = (steeper * of_slope).sum()
-            found[self.spread] = (down * of_person).sum()
-            found[self.within] = (down * inner).sum()
-            found[self.lapse] = (pull * (1 - 2 * share if equal else -share)).sum()
-            found[self.guess] = 0.0 if equal else (pull * (1 - share)).sum()
+            found[self.unlike] = steeper @ of_slope[:, 0]
+            each, share_pull = pull.sum(), np.vdot(pull, share)
+            found[self.lapse] = each - 2 * share_pull if equal else -share_pull
+            found[self.guess] = 0.0 if equal else each - share_pull
             return found
 
         return Prediction(np.log(p), np.log1p(-p), gradient)

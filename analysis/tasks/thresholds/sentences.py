@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 
+from slipscale.analysis.preprocessing.sufficiency import FEWEST
 from slipscale.analysis.statistics.not_computed import NotComputed, fold, missing
 from slipscale.analysis.statistics.psychometrics.psychometric_function import METHODS
 from slipscale.analysis.tasks.thresholds.cautions import CAUTIONS
@@ -46,6 +49,8 @@ MEANT = {
     ),
 }
 
+#: How the points of few participants are averaged.
+OWN_CURVES = "the mean of the participants' own curves"
 #: Note on poor fits if a study has several sessions or conditions.
 POOLED = (
     "; each curve pools all sessions and conditions, so differences between them also count as "
@@ -107,11 +112,16 @@ def _by(factor: Factor, found: TaskThresholds, confidence: float, quantity: Quan
 def _slopes_by(
     factor: SlopesByCondition, found: TaskThresholds, confidence: float, quantity: Quantity
 ) -> str:
-    values = "; ".join(
-        f"{quantity.value(significant(half))} ({factor_level(factor.name, name)})"
-        for name, half in factor.half_widths_level.items()
-        if np.isfinite(half)
-    )
+    def listed(levels: Mapping[str, float]) -> str:
+        return "; ".join(
+            f"{quantity.value(significant(level))} ({factor_level(factor.name, name)})"
+            for name, level in levels.items()
+            if np.isfinite(level)
+        )
+
+    # With enough people, the population's points are in another sentence.
+    points = "" if found.population else listed(factor.points_level)
+    points = points and f"point of subjective equality {points}, {OWN_CURVES}; "
     tests = []
     for each in factor.contrasts:
         one, other = (factor_level(factor.name, name) for name in (each.first, each.second))
@@ -127,7 +137,8 @@ def _slopes_by(
         )
     compared = f" Slopes {joined(tests)}, after Holm's correction." if tests else ""
     what = f"{title(found, quantity)} by {factor_name(factor.name)}"
-    return f"{what}: just noticeable difference {values}.{compared}"
+    widths = listed(factor.half_widths_level) or "not determined"
+    return f"{what}: {points}just noticeable difference {widths}.{compared}"
 
 
 def averaged(found: TaskThresholds) -> str:
@@ -143,7 +154,7 @@ def averaged(found: TaskThresholds) -> str:
 def _pooled(found: TaskThresholds, confidence: float, quantity: Quantity) -> str:
     what = f"{title(found, quantity)}{averaged(found)}"
     if isinstance(found.population, NotComputed):
-        own = _own(found, confidence, quantity) if len(found.participants) == 1 else ""
+        own = "" if len(found.participants) >= FEWEST else _own(found, confidence, quantity)
         return f"{what}: {own}no population threshold was computed ({found.population.reason})."
     threshold = found.population.threshold_level
     curve = CURVES[found.curve]
@@ -170,19 +181,22 @@ def _pooled(found: TaskThresholds, confidence: float, quantity: Quantity) -> str
 
 
 def _own(found: TaskThresholds, confidence: float, quantity: Quantity) -> str:
-    """Return the threshold and slope of the only participant, or why there is none."""
-    (person,) = found.participants
-    function = person.function
-    if isinstance(function, NotComputed):
-        return f"no function was fitted for {person.participant} ({function.reason}); "
-    ends = bracketed(function.threshold_level.interval, significant)
-    what = "point of subjective equality" if found.method == COMPARED else "threshold"
-    return (
-        f"{what} of {person.participant} "
-        f"{quantity.with_convention(significant(function.threshold_level.value))}, "
-        f"{level_of(confidence)} CI {ends}; slope {significant(function.slope_value)} "
-        f"({CURVES[found.curve].title}, {person.trials} answers); "
-    )
+    """Return the threshold and slope of each participant, or why there is none."""
+    text = ""
+    for person in found.participants:
+        function = person.function
+        if isinstance(function, NotComputed):
+            text += f"no function was fitted for {person.participant} ({function.reason}); "
+            continue
+        ends = bracketed(function.threshold_level.interval, significant)
+        what = "point of subjective equality" if found.method == COMPARED else "threshold"
+        text += (
+            f"{what} of {person.participant} "
+            f"{quantity.with_convention(significant(function.threshold_level.value))}, "
+            f"{level_of(confidence)} CI {ends}; slope {significant(function.slope_value)} "
+            f"({CURVES[found.curve].title}, {person.trials} answers); "
+        )
+    return text
 
 
 def doubts(task: TaskThresholds, _confidence: float, quantity: Quantity) -> list[str]:

@@ -58,11 +58,14 @@ class SlopesByCondition:
     half_widths_level : dict of str to float
         Half the distance between the 25 % and 75 % points in each condition: geometric means across
         participants.
+    points_level : dict of str to float
+        Level at which half of the answers are "more" in each condition: means across participants.
     contrasts : tuple of SlopeContrast
     """
 
     name: str
     half_widths_level: dict[str, float]
+    points_level: dict[str, float]
     contrasts: tuple[SlopeContrast, ...]
 
 
@@ -77,10 +80,10 @@ def slopes_by_condition(
         labels = sorted(rows[column].astype(str).unique(), key=numbers_first)
         if len(labels) < 2:  # noqa: PLR2004 - several
             continue
-        logs = {
-            label: _log_slopes(rows[rows[column].astype(str) == label], method, curve)
-            for label in labels
+        fits = {
+            label: _fits(rows[rows[column].astype(str) == label], method, curve) for label in labels
         }
+        logs = {label: own["log_slope"] for label, own in fits.items()}
         pairs = list(combinations(labels, 2))
         found = [
             mean_over_participants(np.array(logs[second] - logs[first], float), confidence)
@@ -94,17 +97,24 @@ def slopes_by_condition(
         yield SlopesByCondition(
             name=column.removeprefix(FACTOR),
             half_widths_level=half,
+            points_level={label: float(own["point"].mean()) for label, own in fits.items()},
             contrasts=tuple(
                 replace(each, p_holm=p) for each, p in zip(contrasts, holm_of(found), strict=True)
             ),
         )
 
 
-def _log_slopes(rows: pd.DataFrame, method: str, curve: str) -> pd.Series[float]:
-    """Return the logarithm of each participant's slope; NaN if it is not determined."""
-    logs = {}
+def _fits(rows: pd.DataFrame, method: str, curve: str) -> pd.DataFrame:
+    """Return the logarithm of each participant's slope, and the point of subjective equality.
+
+    They are NaN if the slope is not determined.
+    """
+    found = {}
     for who, own in rows.groupby(rows[PARTICIPANT].astype(str)):
         answers = Answers.of_trials(own["track_level"].tolist(), own["correct"].tolist())
         fit = fit_threshold(answers, method=method, curve=curve, largest_lapse=0.0)
-        logs[str(who)] = float(np.log(fit.slope_value)) if fit and fit.slope else np.nan
-    return pd.Series(logs, dtype=float)
+        if fit and fit.slope:
+            found[str(who)] = (float(np.log(fit.slope_value)), fit.threshold_level.value)
+        else:
+            found[str(who)] = (np.nan, np.nan)
+    return pd.DataFrame.from_dict(found, "index", dtype=float, columns=["log_slope", "point"])

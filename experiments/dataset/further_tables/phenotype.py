@@ -51,4 +51,4 @@ def _of_one(name: str, runs: list[Run]) -> Iterator[tuple[PurePosixPath, str | d
     path = FOLDER / f"{name}.tsv"
     yield path, table([PARTICIPANT, *described], rows)
     about = {"MeasurementToolMetadata": {"Description": description}}
-    yield path.with_suffix(".json"), about | sidecar(described)
+    yield path.with_suffix(".json"), {**about, **sidecar(described)}

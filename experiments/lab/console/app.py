@@ -27,6 +27,7 @@ from starlette.routing import Route
 from slipscale.experiments.lab.console.actions.data import renew
 from slipscale.experiments.lab.console.actions.desk import Desk
 from slipscale.experiments.lab.console.actions.forms import read_form
+from slipscale.experiments.lab.console.actions.study_changes import Edit, changed
 from slipscale.experiments.lab.console.actions.table import do
 from slipscale.experiments.lab.console.jobs import KINDS, Jobs
 from slipscale.experiments.lab.console.own_tables import tables
@@ -46,7 +47,6 @@ from slipscale.experiments.lab.console.state import (
     frozen_plans,
     pilots,
 )
-from slipscale.experiments.lab.console.study_changes import Edit, changed
 from slipscale.experiments.session.terminal import clock_face
 from slipscale.faults import UserError, harmless
 

@@ -11,7 +11,7 @@ import json
 import re
 import shutil
 import stat
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Annotated, Literal, get_args
 
@@ -81,6 +81,9 @@ class Description(FrozenTable):
 
     name: str
     program: str
+    files: int
+    sheets: tuple[str, ...]
+    sheet: str
     rows: int
     columns: tuple[Column, ...]
     own: bool
@@ -112,24 +115,27 @@ def folder_of(number: str) -> Path:
 
 
 def table_in(folder: Path) -> Path:
-    """Return the path of the table in its folder."""
-    for path in visible(folder / "table", "*"):
-        if path.name != MAPPING:
-            return path
+    """Return the path of the table in its folder; for several files, the path of their folder."""
+    files = [path for path in visible(folder / "table", "*") if path.name != MAPPING]
+    if files:
+        return files[0] if len(files) == 1 else folder / "table"
     raise UserError("table {number} no longer exists; reload the page", number=folder.name)
 
 
-def keep(name: str, content: bytes) -> Path:
-    """Write an uploaded table into a new folder, which is returned.
+def keep(uploaded: Sequence[tuple[str, bytes]]) -> Path:
+    """Write the uploaded files of a table into a new folder, which is returned.
 
     Raises
     ------
     UserError
-        If the table is empty or too large, or it cannot be written.
+        If a file is empty, files are too large or have the same name, or they cannot be written.
     """
-    if not content:
+    files = {file_name(name): content for name, content in uploaded}
+    if not all(files.values()):
         raise UserError("the file is empty; choose the file with the table")
-    if len(content) > LARGEST_MB * 1_000_000:
+    if len(files) < len(uploaded):
+        raise UserError("two files have the same name; rename one of them")
+    if sum(map(len, files.values())) > LARGEST_MB * 1_000_000:
         raise UserError(
             "the file is larger than {most} MB; analyse it with slipscale analyse in a terminal",
             most=LARGEST_MB,
@@ -144,7 +150,8 @@ def keep(name: str, content: bytes) -> Path:
         raise UserError(
             "{path}: cannot be written ({reason})", path=folder, reason=error.strerror
         ) from None
-    write_file(folder / "table" / file_name(name), content, private=True)
+    for name, content in files.items():
+        write_file(folder / "table" / name, content, private=True)
     return folder
 
 

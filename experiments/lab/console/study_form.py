@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from functools import cache
 from typing import Any
 
-from slipscale.experiments.lab.console.study_changes import Kind
+from slipscale.experiments.lab.console.actions.study_changes import Kind
 from slipscale.experiments.study.file import file_names
 from slipscale.experiments.study.schema import UNITS, Schema, study_schema
 from slipscale.faults.toml_lines import Place

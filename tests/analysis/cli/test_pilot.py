@@ -131,7 +131,7 @@ def test_an_interrupted_pilot_tells_the_command_that_completes_it(
     command = shlex.split(said.partition("To continue: ")[2])
     assert command[0] == "slipscale"
     assert commands.main(command[1:]) == 0
-    tables = [path.relative_to(whole) for path in sorted(whole.glob("sub-*/beh/*.tsv"))]
+    tables = [path.relative_to(whole) for path in sorted(whole.glob("sub-*/beh/*_beh.tsv"))]
     assert len(tables) == 2 * (2 if "--participants" in options else 4)
     assert all((out / name).read_bytes() == (whole / name).read_bytes() for name in tables)
 

@@ -35,7 +35,7 @@ def test_what_programs_write_for_a_missing_number_is_a_missing_number(table_by_h
 def test_a_data_set_that_went_through_r_reads_as_before(dataset):
     folder = dataset(participants=3)
     before = load(folder)
-    for path in folder.glob("sub-*/beh/*.tsv"):
+    for path in folder.glob("sub-*/beh/*_beh.tsv"):
         path.write_text(path.read_text().replace("n/a", "NA"))
     after = load(folder)
     assert after.problems == before.problems == ()
@@ -110,11 +110,11 @@ def test_a_row_of_another_length_is_refused_with_its_line(table_by_hand, old, ne
 
 def test_the_file_with_the_ragged_rows_is_named_among_its_neighbours(dataset):
     folder = dataset(participants=3)
-    path = next(folder.glob("sub-02/beh/*.tsv"))
+    path = next(folder.glob("sub-02/beh/*_beh.tsv"))
     lines = path.read_text().splitlines()
     lines[3], lines[5] = lines[3].rpartition("\t")[0], lines[5] + "\tn/a"
     path.write_text("\n".join(lines) + "\n")
-    with pytest.raises(UserError, match=r"sub-02_task.*line 4 has 16 cells, expected 17"):
+    with pytest.raises(UserError, match=r"sub-02_task.*line 4 has 14 cells, expected 15"):
         load(folder)
 
 

@@ -262,7 +262,7 @@ def workbook(tmp_path, change, name="data.xlsx"):
 @pytest.mark.parametrize(
     "change,name,words",
     [
-        (lambda book: book.active.merge_cells("A2:A3"), "data.xlsx", "cells A2:A3 are merged"),
+        (lambda book: book.active.merge_cells("A2:B3"), "data.xlsx", "cells A2:B3 are merged"),
         (lambda book: book, "data.xlsm", "in the format .xlsm"),
         (lambda book: book.active.delete_rows(1, 3), "data.xlsx", "none with rows"),
     ],

@@ -207,7 +207,7 @@ def test_answers_of_another_spelling_are_left_out_and_counted(folder, tmp_path):
 def test_a_study_of_practice_only_says_why_there_is_nothing(folder, tmp_path):
     copied = Path(shutil.copytree(folder, tmp_path / "copy"))
     shutil.rmtree(copied / "sourcedata")
-    for path in copied.glob("sub-*/beh/*.tsv"):
+    for path in copied.glob("sub-*/beh/*_beh.tsv"):
         text = path.read_text(encoding="utf-8").replace("\tmain\t", "\tpractice\t")
         path.write_text(text, encoding="utf-8")
     with pytest.raises(UserError, match="practice trials of forced choice"):

@@ -49,7 +49,7 @@ def test_pilot_and_participant_records_do_not_mix(dataset):
 
 def test_bulk_reading_gives_what_pandas_gives_file_by_file(dataset):
     folder = dataset(participants=5)
-    paths = sorted(folder.glob("sub-*/beh/*.tsv"))
+    paths = sorted(folder.glob("sub-*/beh/*_beh.tsv"))
     # A quoted cell takes the other road.
     text = paths[2].read_text().replace("n/a\n", '"a ""b"""\n', 1)
     paths[2].write_text(text)
@@ -88,7 +88,7 @@ def test_a_truncated_file_is_refused_with_its_line(dataset):
     folder = dataset(participants=2)
     path = folder / "sub-02/beh/sub-02_task-magnitudeestimation_run-01_beh.tsv"
     path.write_text(path.read_text()[:-25])
-    with pytest.raises(UserError, match=r"sub-02.*line 9 has \d+ cells, expected 17.*truncated"):
+    with pytest.raises(UserError, match=r"sub-02.*line 9 has \d+ cells, expected 15.*truncated"):
         load(folder)
 
 
@@ -175,7 +175,7 @@ def test_the_digest_depends_on_content_and_not_on_the_folder(dataset, tmp_path):
     before = load(folder).sha256
     folder.rename(tmp_path / "elsewhere")
     assert load(tmp_path / "elsewhere").sha256 == before
-    path = next((tmp_path / "elsewhere").glob("sub-01/beh/*.tsv"))
+    path = next((tmp_path / "elsewhere").glob("sub-01/beh/*_beh.tsv"))
     path.write_text(path.read_text().replace("2.0", "2.1", 1))
     assert load(tmp_path / "elsewhere").sha256 != before
 
@@ -204,14 +204,14 @@ def test_journals_without_tables_and_rows_edited_by_hand_are_named(piloted, tmp_
     folder = shutil.copytree(piloted, tmp_path / "data")
     assert not [each for each in load(folder).problems if "journal" in each]
     shutil.rmtree(folder / "sub-02")
-    (table,) = folder.glob("sub-01/beh/*magnitude*.tsv")
+    (table,) = folder.glob("sub-01/beh/*magnitude*_beh.tsv")
     table.write_text(table.read_text().replace("\tmain\t", "\tpractice\t", 1))
     problems = load(folder).problems
     assert (  # row 1 is the header, rows 2 to 5 are practice
         f"{table.relative_to(folder).as_posix()}: row 6: phase is 'practice'; "
         "the journal has 'main'"
     ) in problems
-    assert sum("sub-02" in each and "data build writes it" in each for each in problems) == 4
+    assert sum("sub-02" in each and "data build writes it" in each for each in problems) == 6
 
 
 def test_a_damaged_trial_is_left_out_and_its_journal_named(piloted, tmp_path):
@@ -229,7 +229,7 @@ def test_a_damaged_trial_is_left_out_and_its_journal_named(piloted, tmp_path):
     assert any(f"line {place + 1}: damaged" in each for each in kept.problems)
     assert any("estimate is" in each and "the journal has 'n/a'" in each for each in kept.problems)
     # Without the table the answer is lost.
-    for table in folder.glob("sub-01/beh/*magnitudeestimation*.tsv"):
+    for table in folder.glob("sub-01/beh/*magnitudeestimation*_beh.tsv"):
         table.unlink()
     build_dataset(folder)
     data = load(folder)

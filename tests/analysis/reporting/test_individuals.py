@@ -42,7 +42,7 @@ def test_a_participant_of_one_task_has_no_values_of_the_other(dataset, page):
     row = dataset.difference_row
     people = {f"{n:02d}": [row(1, 2.3, 1.2, "yes"), row(2, 1.2, 1.2, "no")] for n in range(1, 7)}
     folder = dataset(differences=people)
-    next(folder.glob("sub-02/beh/*difference*.tsv")).unlink()
+    next(folder.glob("sub-02/beh/*difference*_beh.tsv")).unlink()
     analysis = analyse(folder)
     own = individuals(analysis.prepared, analysis.inference).set_index("participant_id")
     assert np.isnan(own.loc["sub-02", "d_prime"])

@@ -19,7 +19,7 @@ def test_verify_says_that_all_agrees(dataset, capsys):
 
 
 def test_verify_exits_1_and_names_each_difference_until_build_has_made_it_anew(dataset, capsys):
-    table = next(dataset.glob("sub-01/beh/*magnitude*.tsv"))
+    table = next(dataset.glob("sub-01/beh/*magnitude*_beh.tsv"))
     table.write_text(table.read_text().replace("\tmain\t", "\tpractice\t", 1))
     assert commands.main(["data", "verify", str(dataset)]) == 1
     said = capsys.readouterr().err

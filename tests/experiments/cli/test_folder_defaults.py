@@ -50,6 +50,7 @@ APART = {"resume", "check"}
 NOTHING_TO_TAKE = {
     *("lab init", "data merge", "reproduce", "reconstruct", "study new", "study schema"),
     *("plate list", "plate new", "plate sign", "plate emulate", "plate design"),
+    "setup session",
 }
 
 

@@ -1,5 +1,6 @@
 import csv
 import json
+import shutil
 import subprocess
 import sys
 from dataclasses import replace
@@ -20,6 +21,7 @@ from slipscale.experiments.study.file import study_text
 from slipscale.faults import UserError
 from slipscale.hardware.backends.mock import MockPlate
 from tests.support.scripted import ScriptedParticipant
+from tools.site.data_set_reference import WARNINGS
 
 REPORT = 'it said "less" slippery;\tthen — collé, é'
 
@@ -57,6 +59,53 @@ def test_the_official_validator_finds_no_error(dataset):
     issues = json.loads(done.stdout)["issues"]["issues"]
     assert [issue for issue in issues if issue["severity"] == "error"] == []
     assert done.returncode == 0
+    # The page on the data set explains each remaining warning.
+    assert {issue.get("subCode", issue["code"]) for issue in issues} == set(WARNINGS)
+
+
+def test_events_have_the_times_of_the_table_s_trials_and_tags(dataset):
+    for path in dataset.glob("sub-*/beh/*_events.tsv"):
+        events = pd.read_csv(path, sep="\t")
+        trials = pd.read_csv(path.with_name(path.name.replace("_events", "_beh")), sep="\t")
+        assert list(events.columns[:4]) == ["onset", "duration", "trial_type", "trial"]
+        assert not {"onset", "duration"} & set(trials.columns)
+        assert events["trial"].tolist() == trials["trial"].tolist()
+        assert events["trial_type"].tolist() == trials["phase"].tolist()
+        assert events["surface"].tolist() == trials["surface"].tolist()
+        assert (events["onset"].diff().dropna() > 0).all()
+        assert (events["duration"] > 0).all()
+        ends = (events["onset"] + events["duration"]).tolist()
+        assert all(
+            end <= later + 1e-5 for end, later in zip(ends, events["onset"][1:], strict=False)
+        )
+        task = path.name.split("_task-")[1].split("_")[0]
+        told = json.loads((dataset / f"task-{task}_events.json").read_text(encoding="utf-8"))
+        assert {k for k, v in told.items() if isinstance(v, dict)} == set(events.columns)
+        assert set(told["trial_type"]["HED"]) == set(told["trial_type"]["Levels"])
+
+
+def test_pybids_reads_tables_and_events(dataset):
+    bids = pytest.importorskip("bids", reason="pybids is no test requirement")
+    layout = bids.BIDSLayout(dataset, validate=True)
+    assert sorted(layout.get_subjects()) == ["01", "02"]
+    assert sorted(layout.get_tasks()) == ["descendingdifference", "magnitudeestimation"]
+    for table, events in zip(
+        *(layout.get(suffix=each, extension=".tsv") for each in ("beh", "events")), strict=True
+    ):
+        assert list(events.get_df()["trial"]) == list(table.get_df()["trial"])
+        assert events.get_metadata()["onset"]["Units"] == "s"
+
+
+@pytest.mark.skipif(not shutil.which("Rscript"), reason="R is not installed")
+def test_r_reads_a_table_with_the_types_that_the_sidecar_describes(dataset):
+    (table,) = dataset.glob("sub-01/beh/*_task-magnitudeestimation_run-01_beh.tsv")
+    code = (
+        f"d <- read.delim('{table.as_posix()}', na.strings = 'n/a'); "
+        "cat(class(d$estimate), class(d$amplitude_um_pp), class(d$surface), nrow(d))"
+    )
+    done = subprocess.run(["Rscript", "-e", code], capture_output=True, text=True, check=True)
+    rows = len(pd.read_csv(table, sep="\t"))
+    assert done.stdout.split() == ["numeric", "numeric", "character", str(rows)]
 
 
 def said_of(folder):
@@ -84,7 +133,7 @@ def test_simulated_participants_are_called_so(laboratory):
 
 
 def test_every_column_is_described_and_every_description_is_a_column(dataset):
-    for table in dataset.glob("sub-*/beh/*.tsv"):
+    for table in dataset.glob("sub-*/beh/*_beh.tsv"):
         task = table.name.split("_task-")[1].split("_")[0]
         described = json.loads((dataset / f"task-{task}_beh.json").read_text(encoding="utf-8"))
         described = {k for k, v in described.items() if isinstance(v, dict)}
@@ -228,7 +277,7 @@ def test_a_level_that_the_plate_only_repeats_is_no_readback(
     monkeypatch.setattr(MockPlate, "_measure", lambda self: replace(measure(self), kind=kind))
     laboratory.run(plan(study_text(study), study_name=study))
     build_dataset(laboratory.folder)
-    (path, *_) = laboratory.folder.glob("sub-01/beh/*ma*.tsv")
+    (path, *_) = laboratory.folder.glob("sub-01/beh/*ma*_beh.tsv")
     frame = pd.read_csv(path, sep="\t")
     readbacks = frame[[name for name in frame if "readback" in name]]
     expected = {"biet2007": "amplitude_readback_um_pp", "matching": "matched_readback_um_pp"}
@@ -240,4 +289,4 @@ def test_a_level_that_a_spreadsheet_would_run_is_text_in_table_and_sidecar():
     option = "@SUM(1+1)*cmd|' /C calc'!A0"
     column = Column(description="an answer", levels={option: "an option"})
     assert cell(option) == f"'{option}"
-    assert list(sidecar({"answer": column})["answer"]["Levels"]) == [cell(option)]
+    assert sidecar({"answer": column})["answer"]["Levels"] == {cell(option): "an option"}

@@ -181,7 +181,7 @@ def test_a_header_that_nothing_replaces_blocks_nobody_else(dataset, torn):
 @pytest.mark.parametrize("lost", [1, 2], ids=["header", "the next too"])
 def test_a_run_without_its_header_is_read_with_what_its_sidecar_says(dataset, lost):
     people = (dataset / "participants.tsv").read_bytes()
-    tables = {path: path.read_bytes() for path in dataset.glob("sub-01/beh/*.tsv")}
+    tables = {path: path.read_bytes() for path in dataset.glob("sub-01/beh/*_beh.tsv")}
     lines = lines_of(dataset)
     put(dataset, one_flipped_bit(lines, 0) if lost == 1 else lines[lost:])
     problems = told(build_dataset(dataset))
@@ -336,6 +336,10 @@ def test_a_table_that_is_not_text_is_a_problem_of_its_file(dataset):
     assert problem.what.startswith("cannot be read ('utf-8' codec")
 
 
+def rows_of(path):
+    return csv.DictReader(path.read_text(encoding="utf-8").splitlines(), delimiter="\t")
+
+
 @pytest.mark.parametrize("intervals", [False, True])
 def test_the_row_of_a_surface_that_was_presented_again_describes_what_was_rated(
     laboratory, plan, intervals
@@ -349,14 +353,20 @@ def test_the_row_of_a_surface_that_was_presented_again_describes_what_was_rated(
     readback = f"{prefix}readback_um_pp" if intervals else "amplitude_readback_um_pp"
     (row,) = [
         row
-        for path in laboratory.folder.glob("sub-01/beh/*.tsv")
-        for row in csv.DictReader(path.read_text(encoding="utf-8").splitlines(), delimiter="\t")
+        for path in laboratory.folder.glob("sub-01/beh/*_beh.tsv")
+        for row in rows_of(path)
         if "represented" in row["flag"]
     ]
-    assert (row[readback], row[f"{prefix}onset"]) == (
-        cell(answer["readback_level"]),
-        cell(answer["onset_s"], "s"),
-    )
+    assert row[readback] == cell(answer["readback_level"])
+    if intervals:
+        assert row[f"{prefix}onset"] == cell(answer["onset_s"], "s")
+    else:
+        onsets = [
+            event["onset"]
+            for path in laboratory.folder.glob("sub-01/beh/*_events.tsv")
+            for event in rows_of(path)
+        ]
+        assert onsets.count(cell(answer["onset_s"], "s")) == 1
     assert row[f"{prefix}exploration_time"] != "n/a"
 
 
@@ -373,6 +383,24 @@ def test_a_copy_beside_a_journal_is_named_with_what_it_holds(tmp_path, record_ru
     assert len(told) == 2
     assert told[0].startswith("sub-01 (1): is not used; it seems to be a copy")
     assert f"({own + len(more) // 3} records here, {own} in the original)" in told[1]
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "old.jsonl",
+        "sourcedata/sub-02/x.jsonl",
+        "sourcedata/sub-01/sub-01_run-01_journal.jsonl.bak",
+        "sourcedata/sub-01/sub-01_run-01_journal.jsonl~",
+    ],
+)
+def test_records_of_a_session_in_another_file_are_named(tmp_path, record_runs, name):
+    folder = record_runs(tmp_path / "data", "01")
+    build_dataset(folder)
+    (folder / name).parent.mkdir(exist_ok=True)
+    (folder / name).write_bytes(journals(folder)[0].read_bytes())
+    (told,) = map(str, verify(folder))
+    assert told.startswith(f"{name}: is not used")
 
 
 @pytest.mark.parametrize("name", ["._sub-01_run-01_journal.jsonl", ".DS_Store"])

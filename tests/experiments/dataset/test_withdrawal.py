@@ -51,6 +51,55 @@ def test_nothing_of_them_is_left_and_the_others_are_whole(dataset):
     assert verify(dataset) == []
 
 
+def test_copies_of_other_programs_are_named(dataset):
+    journal = journals(dataset)[0]
+    left = [
+        dataset / "participants.tsv~",
+        dataset / "sourcedata/old.jsonl.bak",
+        dataset / "before.zip",
+        dataset / ".git",
+        dataset / "sub-01 to sub-02",
+        dataset / "code/sub-01_and_sub-02.R",
+    ]
+    shutil.copy(dataset / "participants.tsv", left[0])
+    shutil.copy(journal, left[1])
+    left[2].write_bytes(b"PK")
+    left[3].mkdir()
+    left[4].mkdir()
+    left[5].parent.mkdir(exist_ok=True)
+    left[5].write_text("plot(1)\n", encoding="utf-8")
+    assert sorted(withdraw(dataset, "01").left) == sorted(left)
+    assert all(path.exists() for path in left)
+
+
+def test_the_command_says_no_if_something_may_be_left(dataset, capsys):
+    shutil.copy(dataset / "participants.tsv", dataset / "participants.tsv~")
+    assert commands.main(["data", "withdraw", str(dataset), "--participant", "01", "--yes"]) == 1
+    told = capsys.readouterr()
+    assert f"rows removed: {dataset / 'participants.tsv'}\n" in told.out
+    assert "participants.tsv~ may still hold data from participant 01" in told.err
+
+
+def test_nothing_is_left_of_another_participant(dataset):
+    assert withdraw(dataset, "02").left == []
+
+
+@pytest.mark.skipif(os.name == "nt", reason="links need rights on Windows")
+def test_a_link_is_removed_and_its_target_named(dataset, tmp_path):
+    elsewhere = tmp_path / "elsewhere"
+    (dataset / "sub-01").rename(elsewhere)
+    (dataset / "sub-01").symlink_to(elsewhere)
+    assert withdraw(dataset, "01").left == [elsewhere]
+    assert not (dataset / "sub-01").is_symlink()
+    assert elsewhere.is_dir()
+
+
+def test_a_folder_in_a_data_set_is_refused(dataset):
+    with pytest.raises(UserError, match="sub-01: is a part of the data set"):
+        withdraw(dataset / "sub-01", "01")
+    assert journals(dataset)[0].exists()
+
+
 def test_the_number_is_never_offered_again_and_a_replacement_takes_the_place(dataset, plan):
     withdraw(dataset, "01")
     assert withdrawn(dataset) == ["01"]

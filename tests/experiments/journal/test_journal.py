@@ -103,8 +103,14 @@ def test_reopening_cuts_the_torn_line_and_goes_on(tmp_path):
         lambda text: b"\xef\xbb\xbf" + text,
         lambda text: text + text.splitlines(keepends=True)[-1],
         lambda text: b"\xef\xbb\xbf" + text.replace(b"\n", b"\r\n"),
+        lambda text: text + b"\n\r\n",
+        lambda text: text.replace(b"\n", b"\n\n"),
+        lambda text: b"\n" + text,
     ],
-    ids=["CRLF", "byte order mark", "repeated last line", "both ends"],
+    ids=[
+        *("CRLF", "byte order mark", "repeated last line", "both ends"),
+        *("blank lines at the end", "a blank line after each", "a blank line before"),
+    ],
 )
 def test_what_git_mail_and_editors_add_is_no_damage(tmp_path, change):
     path = written(tmp_path / "a.jsonl", "header", "begin", "done")

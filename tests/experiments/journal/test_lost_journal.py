@@ -88,4 +88,4 @@ def test_a_session_whose_folder_goes_is_whole_in_the_fallback(laboratory, plan, 
     assert laboratory.run() == "complete"
     kept = gone[0].path.parents[2]
     assert build_dataset(kept) == []
-    assert len(list(kept.glob("sub-01/beh/*.tsv"))) == 2
+    assert len(list(kept.glob("sub-01/beh/*_beh.tsv"))) == 2

@@ -32,7 +32,7 @@ def test_the_odd_one_is_found_where_the_difference_is_large(laboratory, plan, tm
     laboratory.folder = tmp_path
     assert laboratory.run(run) == "complete"
     build_dataset(tmp_path)
-    (path,) = tmp_path.glob("sub-*/beh/*_task-oddity_*.tsv")
+    (path,) = tmp_path.glob("sub-*/beh/*_task-oddity_*_beh.tsv")
     header, *lines = [line.split("\t") for line in path.read_text().splitlines()]
     rows = [dict(zip(header, line, strict=True)) for line in lines]
     easy = [row for row in rows if float(row["level_um_pp"]) > 0.3]

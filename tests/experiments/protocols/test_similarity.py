@@ -33,7 +33,7 @@ def test_every_pair_is_rated_in_both_orders_and_further_pairs_are_less_alike(
     laboratory.folder = tmp_path
     assert laboratory.run(run) == "complete"
     build_dataset(tmp_path)
-    (path,) = tmp_path.glob("sub-*/beh/*_task-similarity_*.tsv")
+    (path,) = tmp_path.glob("sub-*/beh/*_task-similarity_*_beh.tsv")
     header, *lines = [line.split("\t") for line in path.read_text().splitlines()]
     rows = [dict(zip(header, line, strict=True)) for line in lines]
     main = [row for row in rows if row["phase"] == "main" and row["catch"] == "false"]

@@ -164,7 +164,7 @@ def test_a_session_is_answered_by_touch_alone_or_aloud(way, plan, tmp_path, monk
         )
     assert outcome == "complete"
     assert build_dataset(tmp_path) == []
-    (path,) = tmp_path.glob("sub-01/beh/*.tsv")
+    (path,) = tmp_path.glob("sub-01/beh/*_beh.tsv")
     with path.open() as file:
         rows = list(csv.DictReader(file, delimiter="\t"))
     assert {(row["estimate"], row["response_time_source"]) for row in rows} == {("42", source)}

@@ -10,7 +10,6 @@ from slipscale.experiments.running.bare_dataset import why_sessions, write_simul
 from slipscale.experiments.running.pilot import pilot_plans
 
 #: The plate takes no time here, reads back what it was asked for, and has no temperature.
-OF_THE_SESSION = ("onset", "duration")
 PLATE = ("readback", "voltage", "temperature")
 STUDY = """
 name = "small"
@@ -36,17 +35,13 @@ RESTLESS = Population(
 
 
 def rows(folder):
-    """Return all tables, but for what only a session has."""
+    """Return all tables, but for what only a session has: times and measurements."""
     found = {}
-    for path in sorted(folder.rglob("*.tsv")):
+    for path in sorted(set(folder.rglob("*.tsv")) - set(folder.rglob("*_events.tsv"))):
         with path.open(encoding="utf-8") as file:
             read = list(csv.DictReader(file, delimiter="\t"))
         found[path.relative_to(folder).as_posix()] = [
-            {
-                name: value
-                for name, value in row.items()
-                if name not in OF_THE_SESSION and not any(word in name for word in PLATE)
-            }
+            {name: value for name, value in row.items() if not any(word in name for word in PLATE)}
             for row in read
         ]
     return found

@@ -1,6 +1,7 @@
 """What ``slipscale study`` says of orders and their balance."""
 
 import re
+import sys
 
 import numpy as np
 import pytest
@@ -11,7 +12,7 @@ from slipscale.experiments.protocols.magnitude_estimation import MagnitudeEstima
 from slipscale.experiments.running.balance import order_balance, task_balance
 from slipscale.experiments.running.pilot import pilot_plans
 from slipscale.experiments.running.study_commands import orders_of_all, show, validate
-from slipscale.experiments.study.file import study_text
+from slipscale.experiments.study.file import read_study, study_text
 from slipscale.faults import UserError
 
 STUDY = """
@@ -235,3 +236,18 @@ def test_the_orders_of_all_participants_are_a_field_of_colours(study, tmp_path):
     assert main(["study", "show", study(), "--figure", str(tmp_path / "orders.png")]) == 0
     assert (tmp_path / "orders.png").stat().st_size > 1000
     assert main(["study", "show", study(), "--figure", str(tmp_path / "orders.doc")]) == 2
+
+
+def test_a_new_study_asks_for_title_authors_and_licence(tmp_path, monkeypatch, capsys):
+    replies = iter(["Ours", "Ada, Bo", "CC0-1.0"])
+    monkeypatch.setattr(sys.stdin, "isatty", lambda: True)
+    monkeypatch.setattr("builtins.input", lambda _question: next(replies))
+    monkeypatch.chdir(tmp_path)
+    assert main(["study", "new", "ours.toml"]) == 0
+    assert "edit it, then" in capsys.readouterr().out
+    study = read_study("ours.toml")[0]
+    assert (study.title, study.authors, study.license) == ("Ours", ("Ada", "Bo"), "CC0-1.0")
+    monkeypatch.setattr(sys.stdin, "isatty", lambda: False)
+    assert main(["study", "new", "bare.toml"]) == 0
+    assert "enter its authors and license and edit it" in capsys.readouterr().out
+    assert read_study("bare.toml")[0].license == "not decided"

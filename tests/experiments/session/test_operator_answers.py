@@ -65,7 +65,7 @@ def answer(step):
 
 
 def rows(folder):
-    (path,) = folder.glob("sub-01/beh/*magnitude*.tsv")
+    (path,) = folder.glob("sub-01/beh/*magnitude*_beh.tsv")
     with path.open(encoding="utf-8") as file:
         return list(csv.DictReader(file, delimiter="\t"))
 

@@ -233,7 +233,11 @@ def test_wherever_one_of_two_actuators_fails_both_are_driven_again(
         specs[number - 1] = f"mock:fault=lost@{command}"
         assert laboratory.run(made, spec=f"pair:{'+'.join(specs)}") == "complete"
         assert laboratory.records(made, kind="fault")
-        (table,) = (text for name, text in tables(laboratory.folder).items() if "beh" in name.parts)
+        (table,) = (
+            text
+            for name, text in tables(laboratory.folder).items()
+            if name.name.endswith("_beh.tsv")
+        )
         header, *rows = (line.split("\t") for line in table.splitlines())
         found = [dict(zip(header, row, strict=True)) for row in rows]
         assert len(found) == 4
@@ -248,7 +252,9 @@ def test_the_first_short_study_has_every_kind_of_trial(laboratory, plan):
     """Practice, catch and adaptive trials, one that timed out and comes again, three intervals."""
     made = plan(shortened("difference_threshold"), seed=3)
     laboratory.run(made)
-    (table,) = (text for name, text in tables(laboratory.folder).items() if "beh" in name.parts)
+    (table,) = (
+        text for name, text in tables(laboratory.folder).items() if name.name.endswith("_beh.tsv")
+    )
     header, *lines = (line.split("\t") for line in table.splitlines())
     rows = [dict(zip(header, line, strict=True)) for line in lines]
     assert {row["phase"] for row in rows} == {"practice", "main"}

@@ -190,7 +190,7 @@ def test_after_a_fault_the_surface_is_presented_again_and_the_trial_flagged(
     laboratory.run(spec=f"mock:fault={fault}@{phase}/9")
     build_dataset(laboratory.folder)
     assert [r.data["code"] for r in laboratory.records(kind="fault")] == [fault]
-    text = "".join(p.read_text() for p in laboratory.folder.glob("sub-01/beh/*.tsv"))
+    text = "".join(p.read_text() for p in laboratory.folder.glob("sub-01/beh/*_beh.tsv"))
     rows = [line.split("\t") for line in text.splitlines()]
     flags = [row[-1] for row in rows if row[0].isdigit()]
     assert len(flags) == 12
@@ -346,7 +346,7 @@ def test_every_poll_is_a_moment_at_which_a_void_or_a_pause_loses_nothing(laborat
             assert laboratory.run(operator=operator) == "complete"
             build_dataset(laboratory.folder)
             voids = len(laboratory.records(kind="void"))
-            text = "".join(p.read_text() for p in laboratory.folder.glob("sub-01/beh/*.tsv"))
+            text = "".join(p.read_text() for p in laboratory.folder.glob("sub-01/beh/*_beh.tsv"))
             assert sum(line[0].isdigit() for line in text.splitlines()) == 12 + voids
 
 

@@ -58,7 +58,7 @@ def crossed_run(plan):
 
 
 def rows(folder, task):
-    (path,) = folder.glob(f"sub-*/beh/*_task-{task}_*.tsv")
+    (path,) = folder.glob(f"sub-*/beh/*_task-{task}_*_beh.tsv")
     header, *lines = [line.split("\t") for line in path.read_text().splitlines()]
     return [dict(zip(header, line, strict=True)) for line in lines]
 

@@ -59,7 +59,7 @@ def textured(plan):
 
 
 def rows(folder, task="magnitudeestimation"):
-    (path,) = folder.glob(f"sub-*/beh/*_task-{task}_*.tsv")
+    (path,) = folder.glob(f"sub-*/beh/*_task-{task}_*_beh.tsv")
     header, *lines = [line.split("\t") for line in path.read_text().splitlines()]
     return header, [dict(zip(header, line, strict=True)) for line in lines]
 

@@ -301,7 +301,7 @@ def test_a_missing_library_is_one_sentence(monkeypatch):
     "kind, spec, told",
     [
         ("position", "camera", "expected one of emulated_stage, lasers, mouse"),
-        ("force", "camera", "expected one of daq, load_cells, simulated, none"),
+        ("force", "camera", "expected one of ati, daq, load_cells, simulated, none"),
         ("position", "mouse", "expected mm_per_pixel"),
         ("position", "mouse:mm_per_pixel=0", "expected a number above 0"),
         ("position", "mouse:mm_per_pixel=1", "no window"),

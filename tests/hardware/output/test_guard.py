@@ -14,7 +14,7 @@ from slipscale.faults import UserError
 from slipscale.hardware.clock import SystemClock
 from slipscale.hardware.emulator.generator_server import GeneratorServer
 from slipscale.hardware.emulator.generators import MAKES
-from slipscale.hardware.errors import ConnectionLost, Frozen
+from slipscale.hardware.errors import Frozen, GuardLost
 from slipscale.hardware.output import guard_process
 from slipscale.hardware.records import Output
 from slipscale.hardware.registry import open_plate
@@ -171,10 +171,32 @@ def test_a_guard_that_dies_is_a_fault_and_a_new_one_switches_off():
         plate.excite(frequency_hz=30_500, voltage_v=2.0)
         os.kill(plate._guard.process_id, signal.SIGKILL)
         until(lambda: plate._guard.ended)
-        with pytest.raises(ConnectionLost, match="the guard process ended"):
+        with pytest.raises(GuardLost, match="the guard process ended"):
             plate.check()
         assert not server.generator.channel[1].on
         assert plate.output is Output.OFF
+
+
+def test_a_guard_that_stands_still_is_replaced_and_the_new_one_switches_off():
+    with (
+        GeneratorServer("keysight") as server,
+        open_plate(f"scpi:{server.resource},gain=2", clock=SystemClock()) as plate,
+    ):
+        plate.excite(frequency_hz=30_500, voltage_v=2.0)
+        still = plate._guard.process_id
+        os.kill(still, signal.SIGSTOP)
+
+        def checked():
+            try:
+                plate.check()
+            except GuardLost:
+                return True
+            return False
+
+        until(checked)
+        assert not server.generator.channel[1].on
+        assert plate.output is Output.OFF
+        assert not runs(still)
 
 
 def test_a_session_that_ends_in_order_ends_its_guard():

@@ -9,6 +9,7 @@ from threading import Timer
 import pytest
 
 from slipscale.hardware.backends.function_generator import FunctionGenerator
+from slipscale.hardware.backends.generator_line import instrument_of
 from slipscale.hardware.backends.mock import MockPlate
 from slipscale.hardware.clock import SystemClock
 from slipscale.hardware.emulator.generator_server import GeneratorServer
@@ -31,6 +32,28 @@ with open_plate(sys.argv[1], clock=SystemClock()):
 def server():
     with GeneratorServer("keysight") as server:
         yield server
+
+
+@pytest.mark.parametrize(
+    "one, other",
+    [
+        ("TCPIP::127.0.0.1::5025::SOCKET", "tcpip0::localhost::5025::SOCKET"),
+        ("TCPIP::localhost::INSTR", "TCPIP0::localhost::inst0::INSTR"),
+        ("TCPIP::localhost", "TCPIP::LOCALHOST::INSTR"),
+        ("USB0::0x0957::0x2C07::MY1::0::INSTR", "USB::2391::11271::my1::INSTR"),
+        ("ASRL/dev/null::INSTR", "asrl/dev/../dev/null::INSTR"),
+        ("ASRLCOM3::INSTR", "ASRLcom3::INSTR"),
+        ("GPIB0::7::INSTR", "GPIB::7"),
+    ],
+)
+def test_every_spelling_of_a_resource_names_one_instrument(one, other):
+    assert instrument_of(one) == instrument_of(other)
+
+
+def test_other_resources_are_other_instruments():
+    on_lan = [f"TCPIP::127.0.0.{host}::{port}::SOCKET" for host in (1, 2) for port in (1, 2)]
+    names = set(map(instrument_of, [*on_lan, "GPIB::7", "GPIB1::7", "ASRLCOM3", "ASRLCOM4"]))
+    assert len(names) == 8
 
 
 def test_a_second_session_is_refused_with_the_process_and_start_of_the_first(server):

@@ -50,6 +50,8 @@ LOGARITHMIC = re.compile(r"(?<![A-Za-z])(dB[A-Z]?\w{0,2}|db|DB)(?![A-Za-z])|(?i:
 ANSWERS = "answers"
 #: Maximum number of standards, because one function is fitted per standard.
 MOST_STANDARDS = 12
+#: Largest share of answers without a level or a standard, which are left out.
+MOST_WITHOUT = 0.5
 #: Number of answers at the smallest level, and proportion of "yes" that suggests guessing.
 FEWEST_TO_WARN, LIKE_GUESSING = 10, 1 / 3
 
@@ -70,6 +72,7 @@ def convert_trials(rows: Rows) -> Mapping[str, pd.DataFrame]:
     frame = frame.assign(**{name: tidied(frame[name]) for name in names})
     for name in (PARTICIPANT, "factor"):
         frame = _without_blanks(rows.of(frame), name)
+    _check_factor(rows.of(frame))
     frame = in_order(frame, problems)
     signed = _check_levels(rows.of(frame), answered=answered)
     quantity, factors = mapping.quantity, ["factor"]
@@ -119,6 +122,18 @@ def _of_trials(rows: Rows) -> pd.DataFrame:
     unanswered = frame[content].isna().all(axis=1) & (RESPONSE not in frame)
     incomplete = (frame[compared].isna().any(axis=1) | unanswered) & ~blank
     where = f"{rows.sources[0].name}: " if len(rows.sources) == 1 else ""
+    answered = frame[content].notna().any(axis=1)
+    without = answered & frame[compared].isna().any(axis=1)
+    if int(without.sum()) > MOST_WITHOUT * int(answered.sum()):
+        raise UserError(
+            "{file}: {count} of {answers} answers have no level or standard in their row; expected "
+            "one answer per row, with its level. If a level is only in the first row of a block, "
+            "fill the column downwards (pandas: ffill); if levels and answers are in separate "
+            "rows, use --rows-of",
+            file=rows.sources[0].name,
+            count=int(without.sum()),
+            answers=int(answered.sum()),
+        )
     if incomplete.any():
         rows.problems.add(
             f"{where}{int(incomplete.sum())} of {int((~blank).sum())} trials without an answer, a "
@@ -143,6 +158,22 @@ def _without_blanks(rows: Rows, name: str) -> pd.DataFrame:
             f"because there is no {rows.problems.title(name)}"
         )
     return frame[~blank].reset_index(drop=True)
+
+
+def _check_factor(rows: Rows) -> None:
+    """Raise `UserError` if every participant has only one value of the factor."""
+    frame = rows.frame
+    if "factor" not in frame:
+        return
+    values = frame.groupby(PARTICIPANT, observed=True)["factor"].nunique()
+    if len(values) > 1 and values.max() == 1 < frame["factor"].nunique():
+        raise UserError(
+            "column {column}: each participant has only one value, so the column differs between "
+            "people and is no factor; expected a condition that varies within participants. To "
+            "compare groups of people, use --group {column}; to analyse one group, --only "
+            "{column}=VALUE",
+            column=rows.problems.title("factor"),
+        )
 
 
 def _check_levels(rows: Rows, *, answered: bool) -> bool:
@@ -173,13 +204,18 @@ def _check_levels(rows: Rows, *, answered: bool) -> bool:
             least=f"{levels.min():g} {unit}".rstrip(),
             way=way,
         )
-    if not signed and LOGARITHMIC.search(f"{unit} {name}"):
+    if not (signed or answered) and is_logarithmic(mapping):
         problems.add(
             f"{name} in {unit or 'this unit'} is already a logarithm, so "
             "exponents and growth functions do not refer to the underlying quantity; convert the "
             "levels first."
         )
     return signed
+
+
+def is_logarithmic(mapping: TableMapping) -> bool:
+    """Return whether the unit or the name of the levels is that of a logarithm, such as dB."""
+    return bool(LOGARITHMIC.search(f"{mapping.stimulus.unit} {mapping.quantity.name}"))
 
 
 def _tasks(choices: pd.DataFrame, mapping: TableMapping, problems: Problems) -> pd.Series[str]:

@@ -37,6 +37,15 @@ def one_row_per_answer(rows: Rows) -> pd.DataFrame:
     if "percent" in counts:
         yes = (counts["percent"] * n / 100).round()
         wrong = (counts["percent"] - 100 * yes / n).abs() > ROUNDED
+        if counts["percent"].max() <= 1 and (counts["percent"] % 1 > 0).any():
+            raise UserError(
+                "{file}, column {column}: the largest percentage is {most:g}, so these are "
+                "probably proportions from 0 to 1; expected percentages from 0 to 100 (multiply "
+                "the column by 100)",
+                file=rows.sources[0].name,
+                column=rows.problems.title("percent"),
+                most=counts["percent"].max(),
+            )
     else:
         yes = counts["yes_count"] if "yes_count" in counts else n - counts["no_count"]
         wrong = pd.Series(False, frame.index)

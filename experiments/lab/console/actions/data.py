@@ -103,7 +103,7 @@ def _withdraw(desk: Desk, request: Withdraw) -> str:
             "expected the participant's label, {participant}", participant=request.participant
         )
     dataset = found.defaults.out(pilot=request.pilot)
-    removed = withdraw(dataset, request.participant)
+    removed, remaining = withdraw(dataset, request.participant)
     desk.now()
     left = "".join(
         Message(
@@ -113,6 +113,14 @@ def _withdraw(desk: Desk, request: Withdraw) -> str:
             source=source,
         )
         for source in sources_with(dataset, request.participant)
+    )
+    left += "".join(
+        Message(
+            " {path} may still hold data from the participant: look at it, and remove what is "
+            "theirs.",
+            path=path,
+        )
+        for path in remaining
     )
     return Message(
         "participant {participant} has withdrawn: {count} files and folders were removed or "

@@ -20,9 +20,9 @@ from slipscale.experiments.lab.console.actions.forms import (
     text_hash,
     unused,
 )
-from slipscale.experiments.lab.console.own_text import with_texts
+from slipscale.experiments.lab.console.actions.own_text import with_texts
+from slipscale.experiments.lab.console.actions.study_changes import Change, changed
 from slipscale.experiments.lab.console.state import PLANNING, Snapshot, frozen_plans
-from slipscale.experiments.lab.console.study_changes import Change, changed
 from slipscale.experiments.lab.folder import FILE, LabFile, lab_text, read_lab, write_settings
 from slipscale.experiments.running.run_state import studies
 from slipscale.experiments.study.file import parse_whole, shipped_studies, study_text

@@ -39,9 +39,9 @@ class File(Form):
 
 
 class Upload(Form):
-    """Add a table."""
+    """Add a table, which may consist of several files with the same columns."""
 
-    table: File
+    tables: Annotated[list[File], Field(min_length=1, max_length=1000)]
 
 
 class Choices(Form):
@@ -55,6 +55,8 @@ class Choices(Form):
         What the codes in the column of answers mean.
     layout : bool
         Whether to use the arrangement that the description proposes.
+    sheet : str
+        Sheet of a workbook with several.
     """
 
     number: Number
@@ -63,6 +65,7 @@ class Choices(Form):
     unit: Annotated[str, Field(max_length=40)] = ""
     alternatives: Literal["", "2", "3"] = ""
     layout: bool = False
+    sheet: Annotated[str, Field(max_length=200)] = ""
 
 
 class Remove(Form):
@@ -72,7 +75,7 @@ class Remove(Form):
 
 
 def _upload(desk: Desk, request: Upload) -> str:
-    folder = keep(request.table.name, request.table.content)
+    folder = keep([(table.name, table.content) for table in request.tables])
     return _describe(desk, Choices(number=folder.name))
 
 
@@ -132,7 +135,7 @@ def options(request: Choices, folder: Path) -> list[str]:
         codes = [code for code, meant in request.codes.items() if meant == meaning]
         if codes and "answer" in columns:
             words += _words(meaning, tuple(codes))
-    return words
+    return [*words, *(_words("sheet", request.sheet) if request.sheet else [])]
 
 
 def _columns(roles: dict[str, Role | Literal[""]]) -> dict[str, str]:

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 from slipscale.experiments.lab.console.actions.folder import why_not_edited
-from slipscale.experiments.lab.console.own_text import with_texts
+from slipscale.experiments.lab.console.actions.own_text import with_texts
 from slipscale.experiments.lab.console.pages.view import View
 from slipscale.experiments.languages.screen_room import Room, room_of
 from slipscale.experiments.languages.texts import blanks

@@ -14,11 +14,11 @@ from math import comb
 from typing import Any
 
 from slipscale.experiments.lab.console.actions.folder import power_folder
+from slipscale.experiments.lab.console.actions.study_changes import Change, changed
 from slipscale.experiments.lab.console.pages.editor import simulated_minutes
 from slipscale.experiments.lab.console.pages.view import MOST_PEOPLE, View, failure
 from slipscale.experiments.lab.console.plots import WIDE
 from slipscale.experiments.lab.console.state import digest_of, frozen_plans
-from slipscale.experiments.lab.console.study_changes import Change, changed
 from slipscale.faults import UserError
 
 AXES = ("participants", "repetitions", "effect")

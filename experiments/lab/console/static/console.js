@@ -136,7 +136,7 @@ function contentOf(file) {
 }
 
 function valueOf(input) {
-  if (input.type === "file") return contentOf(input.files[0]);
+  if (input.type === "file") return Promise.all([...input.files].map(contentOf));
   if (input.type === "checkbox") return input.checked;
   return input.type === "number" ? Number(input.value) : input.value;
 }
@@ -147,7 +147,8 @@ document.addEventListener("submit", async (event) => {
   if (!form) return;
   event.preventDefault();
   const inputs = [...form.elements].filter((input) => input.name && !("skip" in input.dataset));
-  const large = inputs.find((input) => input.files?.[0]?.size > Number(input.dataset.most));
+  const sizeOf = (input) => [...(input.files ?? [])].reduce((sum, file) => sum + file.size, 0);
+  const large = inputs.find((input) => sizeOf(input) > Number(input.dataset.most));
   if (large) return say(large.dataset.tooLarge, true);
   const fields = {};
   for (const input of inputs) {

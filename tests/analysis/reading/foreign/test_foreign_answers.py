@@ -9,7 +9,9 @@ from slipscale.analysis.pipeline import analyse
 from slipscale.analysis.reading.meaning.mapping import parse_mapping
 from slipscale.analysis.tasks.difference.declaration import ANALYSIS as DIFFERENCES
 from slipscale.analysis.tasks.difference.statistics import DIFFERENCE
-from slipscale.analysis.tasks.thresholds.statistics import THRESHOLDS
+from slipscale.analysis.tasks.thresholds import sentences
+from slipscale.analysis.tasks.thresholds.statistics import THRESHOLDS, thresholds
+from slipscale.analysis.writing.numbers import bracketed, significant, unit_number
 from slipscale.analysis.writing.task_names import task_name
 from slipscale.faults import UserError
 
@@ -157,3 +159,69 @@ def test_yes_no_answers_are_compared_between_conditions(tmp_path):
     high, low = (each.threshold_level.value for each in factor.levels)
     assert high > low + 1
     assert factor.contrasts[0].p < 0.01
+
+
+def test_a_factor_that_differs_between_people_is_refused_with_the_option_for_groups():
+    frame = compared(standards=(20,))
+    frame["age"] = frame["who"].map(lambda who: "old" if who == frame["who"].iloc[0] else "young")
+    assert frame["age"].nunique() == 2
+    given = {"participant": "who", "stimulus": "level", "answer": "more", "factor": "age"}
+    with pytest.raises(UserError, match=r"column age: .* no factor; .* use --group age"):
+        load(frame, **given)
+
+
+def decibels(*, alternatives):
+    generator = np.random.default_rng(1)
+    rows = [
+        (who, level, int(generator.random() < 0.5 + 0.5 / (1 + np.exp(30 - level))))
+        for who in "abc"
+        for level in (20, 25, 30, 35, 40)
+        for _ in range(20)
+    ]
+    frame = pd.DataFrame(rows, columns=["who", "level", "correct"])
+    given = {"participant": "who", "stimulus": "level:dB", "answer": "correct"}
+    return load(frame, **given, alternatives=alternatives)
+
+
+def test_levels_in_decibels_have_a_linear_axis():
+    data = decibels(alternatives=2)
+    assert (data.choices.axis, len(data.problems)) == ("linear", 1)
+    assert "already a logarithm, so curves have a linear axis unless --axis" in data.problems[0]
+    assert thresholds(data.trials["forced_choices"], data.choices)[0].curve == "gumbel"
+
+
+def test_an_axis_that_is_stated_applies_to_decibels(tmp_path):
+    found = mapping(stimulus={"unit": "dB"}, answer="more", reference="std")
+    assert load(written(tmp_path, compared(standards=(20,))), found).choices.axis == "linear"
+    stated = parse_mapping(
+        found.model_dump(exclude_unset=True) | {"analysis": {"axis": "logarithmic"}}, "here"
+    )
+    data = load(written(tmp_path, compared(standards=(20,))), stated)
+    assert (data.choices.axis, data.problems) == ("logarithmic", ())
+
+
+def test_two_people_have_points_of_equality_in_each_condition():
+    generator = np.random.default_rng(1)
+    two = pd.DataFrame(
+        {"who": who, "level": level, "cond": cond, "more": int(generator.normal(level, 1) > point)}
+        for who in "ab"
+        for cond, point in (("low", 1), ("high", 2))
+        for level in np.repeat([-1, 0, 1, 2, 3, 4], 10)
+    )
+    data = load(two, participant="who", stimulus="level:mm", answer="more", factor="cond")
+    (found,) = thresholds(data.trials["forced_choices"], data.choices)
+    (by,) = found.slopes
+    by_condition, own = sentences.answers(found, 0.95, data.quantity)
+    assert "point of subjective equality" in by_condition
+    assert "the mean of the participants' own curves" in by_condition
+    assert by.points_level == pytest.approx({"low": 1, "high": 2}, abs=0.3)
+    for label, level in by.points_level.items():
+        assert f"{significant(level)} mm ({label})" in by_condition
+    assert own.count("point of subjective equality of") == 2
+
+
+def test_an_interval_without_a_limit_is_said_in_words():
+    ends = (0.172, float("inf"))
+    assert bracketed(ends, lambda value: unit_number(value, 3)) == "[.172, no upper limit]"
+    assert bracketed((float("-inf"), 2.0)) == "[no lower limit, 2.00]"
+    assert unit_number(float("inf")) == "–"

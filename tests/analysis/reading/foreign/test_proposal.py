@@ -130,6 +130,38 @@ def test_what_a_table_does_not_reveal_is_asked_for_with_the_candidates():
     assert str(found.questions[0]).startswith("Which column contains the answers")
 
 
+def of_people(rows, **columns):
+    """Return a table of two people with these columns, and answers."""
+    frame = pd.DataFrame({"who": ["a"] * rows + ["b"] * rows, "resp": ["no", "yes"] * rows})
+    return frame.assign(**columns)
+
+
+@pytest.mark.parametrize(
+    "frame, stimulus",
+    [
+        # Levels of a track, next to the number of a phase.
+        (
+            of_people(40, phase=[n // 2 for n in range(80)], level=[n / 7 for n in range(80)]),
+            "level",
+        ),
+        (of_people(20, phase=[*range(1, 21)] * 2, size=[1, 2, 3, 4, 5] * 8), "size"),
+        (of_people(20, phase=[*range(1, 21)] * 2), "LEVEL"),
+        # A score of a questionnaire does not vary within people.
+        (of_people(4, anger=[20] * 4 + [11] * 4), "LEVEL"),
+        (of_people(4, anger=[20] * 4 + [11] * 4, third=[31] * 8), "LEVEL"),
+        (of_people(6, level=[1, 1, 2, 2, 3, 3] * 2), "level"),
+    ],
+)
+def test_numbers_of_trials_and_scores_of_people_are_no_levels(frame, stimulus):
+    assert propose(frame, DATA, DATA).given["stimulus"] == stimulus
+
+
+def test_a_table_with_only_numbers_of_trials_asks_for_the_levels():
+    frame = of_people(20, phase=[*range(1, 21)] * 2)
+    question = str(propose(frame, DATA, DATA).questions[0])
+    assert question.startswith("Which column contains the levels (--stimulus)? phase (1, 2, 3")
+
+
 def test_every_preset_can_be_reached():
     """A preset after one with fewer marks would never apply."""
     for preset in PRESETS[3:-1]:

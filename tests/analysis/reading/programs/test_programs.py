@@ -203,7 +203,7 @@ def test_any_trials_of_jspsych_are_read_as_written(rows):
 def test_any_answers_in_qualtrics_are_read_as_typed(answers):
     ids = [json.dumps({"ImportId": name}) for name in "ab"]
     text = as_csv([["a", "b"], ["x\ny", 'said "z"'], ids, *answers])
-    assert qualtrics.recognises(text.encode(), HERE)
+    assert qualtrics.recognises(text, HERE)
     found = qualtrics.read(text.encode(), HERE)
     assert list(zip(found["a"], found["b"], strict=True)) == answers
 

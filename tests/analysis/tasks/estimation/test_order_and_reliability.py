@@ -195,8 +195,44 @@ def test_reml_of_balanced_data_equals_the_mean_squares():
             balanced.variance_interaction,
             balanced.variance_repetitions,
         ],
-        rel=1e-5,
+        rel=1e-8,
     )
+
+
+@pytest.mark.parametrize("levels", [1, 2, 5])
+@pytest.mark.parametrize("person, cell", [(0.0, 0.0), (0.0, 0.5), (2.0, 0.0), (1.0, 0.3)])
+def test_no_other_components_are_more_likely(person: float, cell: float, levels: int):
+    """The density of the cells is written out, with the mean of each level integrated out."""
+    rng = np.random.default_rng(levels)
+    counts = rng.integers(0, 4, (9, levels)).astype(float)
+    counts[0] = 3
+    means = person * rng.normal(size=(9, 1)) + cell * rng.normal(size=counts.shape)
+    means += rng.normal(size=counts.shape) / np.sqrt(np.maximum(counts, 1))
+    freedom = np.maximum(counts - 1, 0).sum(axis=1)
+    squares = rng.chisquare(np.maximum(freedom, 1e-9))
+    there = counts.ravel() > 0
+    whose = np.repeat(np.arange(9), levels)[there]
+    which = np.tile(np.eye(levels), (9, 1))[there]
+
+    def deviance(components: np.ndarray) -> float:
+        between, within, repetition = components
+        cells = np.diag(within + repetition / counts.ravel()[there])
+        inverse = np.linalg.inv(cells + between * (whose[:, None] == whose))
+        normal = which.T @ inverse @ which
+        off = means.ravel()[there]
+        off = off - which @ np.linalg.solve(normal, which.T @ inverse @ off)
+        return (
+            off @ inverse @ off
+            - np.linalg.slogdet(inverse)[1]
+            + np.linalg.slogdet(normal)[1]
+            + squares.sum() / repetition
+            + freedom.sum() * np.log(repetition)
+        )
+
+    found = reml_components(means, counts, squares)
+    others = np.exp(rng.normal(0, 1, (300, 3))) * np.maximum(found, 1e-3)
+    close = np.maximum(found + 1e-3 * rng.normal(size=(100, 3)), [0, 0, 1e-3])
+    assert deviance(found) <= min(map(deviance, [*others, *close])) + 1e-9
 
 
 def test_the_interval_of_unbalanced_data_covers():

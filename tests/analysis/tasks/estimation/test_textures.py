@@ -28,7 +28,7 @@ def textured(dataset):
 
 def plain(folder):
     """Take the textures out of the files."""
-    for path in folder.glob("sub-*/beh/*.tsv"):
+    for path in folder.glob("sub-*/beh/*_beh.tsv"):
         lines = path.read_text().splitlines(keepends=True)
         path.write_text("".join(x for x in lines if "coarse" not in x and "fine" not in x))
     return folder

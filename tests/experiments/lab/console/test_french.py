@@ -57,8 +57,15 @@ UNUSED = tuple(
 OTHERS = [code for code in languages() if code != ENGLISH]
 # Options, commands, types and units, which the collection of texts also finds.
 NO_MESSAGE = {
-    *("--force daq", "--force simulated", "--position mouse", "--position simulated"),
+    *(
+        "--force daq",
+        "--force simulated",
+        "--force ati",
+        "--position mouse",
+        "--position simulated",
+    ),
     *("dict[str, object]", "slipscale data build {}", "µm peakroughness_um{}", "µm peakµm{}"),
+    "import pandas; pandas.",
 }
 
 

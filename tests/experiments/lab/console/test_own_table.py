@@ -1,11 +1,13 @@
 """The page for a laboratory's own table: upload, preview, choices with consequences, report."""
 
 import base64
+import io
 import json
 import re
 import stat
 from pathlib import Path
 
+import openpyxl
 import pytest
 
 from slipscale.commands import main
@@ -21,8 +23,10 @@ ROLES = {"who": "participant", "size": "stimulus", "outcome": "answer"}
 FOLDER = Path("tables", "001")
 
 
-def sent(text, name="my data.csv"):
-    return {"table": {"name": name, "content": base64.b64encode(text.encode()).decode()}}
+def sent(text, *names):
+    """Return an upload of files with the same content, which is text or bytes."""
+    content = base64.b64encode(text if isinstance(text, bytes) else text.encode()).decode()
+    return {"tables": [{"name": name, "content": content} for name in names or ["my data.csv"]]}
 
 
 def described(*options, folder=FOLDER):
@@ -212,3 +216,52 @@ def test_a_read_only_console_shows_no_table(uploaded, make_visitor, words_of):
     assert "outcome" not in page
     assert "only on the laboratory's computer" in page.replace("&#39;", "'")
     assert reader.client.get("/table/001/report.html").status_code == 404
+
+
+def test_several_files_are_one_table(visitor, words_of):
+    text = "size,outcome\n1,miss\n2,hit\n4,hit\n"
+    assert visitor.ask("upload", **sent(text, "s1.csv", "s2.csv")) == (200, "reading the table")
+    assert table_in(FOLDER) == FOLDER / "table"
+    assert described() == 0
+    page = words_of(visitor.see("/table"))
+    assert "s1.csv: first of 3 rows · first of 2 files" in page
+    assert "--participant-from-name" in page
+    asked = {"number": "001", "roles": {"size": "stimulus", "outcome": "answer"}, "layout": True}
+    visitor.ask("report", **asked, codes={"hit": "yes", "miss": "no"})
+    assert main(visitor.jobs.started[-1][1:]) == 0
+    assert (FOLDER / "table" / "analysis.toml").is_file()
+    assert table_in(FOLDER) == FOLDER / "table"
+    described("--participant-from-name", "--stimulus=size", "--answer=outcome", "--yes=hit")
+    assert "6 answers of 2 people at 3 levels" in words_of(visitor.see("/table"))
+
+
+def test_files_with_the_same_name_are_rejected(visitor):
+    said = "two files have the same name; rename one of them"
+    assert visitor.ask("upload", **sent(CSV, "a b.csv", "a_b.csv")) == (409, said)
+
+
+def test_a_sheet_of_a_workbook_is_chosen(visitor, words_of):
+    book, stored = openpyxl.Workbook(), io.BytesIO()
+    book.active.title = "notes"
+    for row in (("day", "room"), ("Monday", 1), ("Friday", 2)):
+        book.active.append(row)
+    data = book.create_sheet("data")
+    for line in CSV.splitlines():
+        data.append(line.split(","))
+    book.save(stored)
+    visitor.ask("upload", **sent(stored.getvalue(), "book.xlsx"))
+    assert described() == 0
+    page = visitor.see("/table")
+    assert "Choose the sheet that contains the data" in words_of(page)
+    assert "<option selected>notes</option><option>data</option>" in page
+    visitor.ask("describe", number="001", sheet="data")
+    assert started(visitor) == ["--describe", "--sheet=data"]
+    assert described("--sheet=data") == 0
+    page = visitor.see("/table")
+    assert "Choose the sheet" not in words_of(page)
+    assert '<input type="hidden" name="sheet" value="data">' in page
+    visitor.ask(
+        "describe", number="001", sheet="data", roles=ROLES, codes={"hit": "yes", "miss": "no"}
+    )
+    assert described(*started(visitor)[1:]) == 0
+    assert "18 answers of 3 people at 3 levels" in words_of(visitor.see("/table"))

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from slipscale.experiments.lab.console.study_changes import Change, changed
+from slipscale.experiments.lab.console.actions.study_changes import Change, changed
 from slipscale.experiments.lab.console.study_form import StudyForm
 from slipscale.experiments.study.file import OF_PLATE, shipped_studies, study_text
 from slipscale.experiments.study.schema import study_schema

@@ -28,7 +28,7 @@ def test_the_density_is_the_slope(curve, z):
 @pytest.mark.parametrize("z", [-1e4, 1e4])
 def test_far_away_the_asymptotes_are_reached_without_a_warning(curve, z):
     assert curve.distribution(np.array(z)) == (z > 0)
-    assert curve.density(np.array(z)) == 0
+    assert curve.density(np.array(z)) < 1e-280
 
 
 @FAMILIES

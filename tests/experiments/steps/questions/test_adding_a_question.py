@@ -179,7 +179,7 @@ def test_the_grid_is_answered_in_a_window(way, affect, plan, tmp_path, display):
         )
         assert run_plan(made, setup, spec="mock") == "complete"
     assert build_dataset(tmp_path) == []
-    (path,) = tmp_path.glob("sub-01/beh/*.tsv")
+    (path,) = tmp_path.glob("sub-01/beh/*_beh.tsv")
     with path.open() as file:
         rows = list(csv.DictReader(file, delimiter="\t"))
     assert len(rows) == 6

@@ -6,7 +6,7 @@ import tomllib
 from collections.abc import Mapping
 from typing import Any
 
-from slipscale.experiments.lab.console.study_changes import Change, changed
+from slipscale.experiments.lab.console.actions.study_changes import Change, changed
 from slipscale.experiments.languages.texts import shipped_texts
 
 
