@@ -280,6 +280,8 @@ def _perform(
         pilot=plan.mode == "pilot",
         full_screen=setting.full_screen,
         screen=setting.screen,
+        theme=plan.study.screens,
+        progress_line=plan.study.progress_line,
     )
     surroundings = Surroundings(clock=clock, seed=plan.seed, finger=person.finger)
     specs = setting.contact.otherwise(of_plate(plate.plate_file))

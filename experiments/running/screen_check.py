@@ -10,7 +10,7 @@ from slipscale.experiments.languages.texts import languages
 from slipscale.experiments.participants.psychopy_window.layout import faults
 from slipscale.experiments.participants.psychopy_window.screens import screen_for
 from slipscale.experiments.running.rehearsal import WAYS, dry_run
-from slipscale.experiments.steps.screens.scene import Scene
+from slipscale.experiments.steps.screens.scene import Scene, progress_line
 from slipscale.experiments.steps.steps import (
     Adjust,
     Ask,
@@ -88,7 +88,9 @@ def in_each_language(plan: RunPlan) -> Iterator[RunPlan]:
 def every_screen(plan: RunPlan) -> Iterator[Seen]:
     """Yield the distinct screens of a run in order of first appearance."""
     for task, step, scene in distinct_scenes(plan):
-        yield Seen(task=task, step=step, scene=scene, faults=tuple(faults(scene)))
+        yield Seen(
+            task=task, step=step, scene=scene, faults=tuple(faults(scene, plan.study.screens))
+        )
 
 
 def distinct_scenes(plan: RunPlan) -> Iterator[tuple[str, str, Scene]]:
@@ -107,5 +109,6 @@ def _scenes(step: Step, plan: RunPlan) -> Iterator[Scene]:
     shown = step.screen if isinstance(step, EndBlock) else step
     if isinstance(shown, SHOWN):
         screen = screen_for(shown, plan.texts())
-        yield screen.scene(0.0)
-        yield screen.scene(1e6)
+        line = progress_line(0.5) if plan.study.progress_line and step.trial else ()
+        yield (*screen.scene(0.0), *line)
+        yield (*screen.scene(1e6), *line)

@@ -50,7 +50,7 @@ def keyed_screens(plan: RunPlan) -> Iterator[KeyedScreen]:
                 task=task,
                 step=step,
                 scene=plain,
-                faults=tuple(faults(plain)),
+                faults=tuple(faults(plain, plan.study.screens)),
                 keys=tuple(tuple(dict.fromkeys(keys[mark] for mark in each)) for each in marks),
             )
 

@@ -23,6 +23,7 @@ from slipscale.experiments.protocol_parts.base import (
     Words,
 )
 from slipscale.experiments.protocol_parts.registry import load_protocol
+from slipscale.experiments.steps.screens.scene import DARK, Theme
 from slipscale.experiments.study.analysis_choices import AnalysisChoices
 from slipscale.experiments.study.factors import Factor, second_levels
 from slipscale.experiments.study.headphone_test import HeadphoneTest
@@ -180,6 +181,15 @@ class Study(FrozenTable):
         ParticipantKeys(),
         "Keys for the participant that differ from the defaults, for a keypad, a response box or "
         "a pedal.",
+    )
+    screens: Theme = setting(
+        DARK,
+        "Whether the participant's screens are dark with light text, or light with dark text.",
+    )
+    progress_line: Switch = setting(
+        False,
+        "Whether a line at the bottom of the participant's screens shows how many trials of the "
+        "task are finished.",
     )
     informed_consent: Switch = setting(
         False,

@@ -16,6 +16,7 @@ from typing import Any, Literal, Self
 from slipscale.experiments.participants.psychopy_window.connection import Connection
 from slipscale.experiments.steps.screens.scene import (
     COLOURS,
+    DARK,
     DESIGN_WIDTH,
     FONT,
     Area,
@@ -25,6 +26,7 @@ from slipscale.experiments.steps.screens.scene import (
     Item,
     Scene,
     Text,
+    Theme,
     unbroken,
 )
 from slipscale.faults import UserError
@@ -152,8 +154,15 @@ class Display:
     """
 
     def __init__(
-        self, clock: Clock, *, full_screen: bool, screen: int, size: tuple[int, int]
+        self,
+        clock: Clock,
+        *,
+        full_screen: bool,
+        screen: int,
+        size: tuple[int, int],
+        theme: Theme = DARK,
     ) -> None:
+        self._colours = COLOURS[theme]
         self._clock = clock
         self._full_screen = full_screen
         self._screen = screen
@@ -182,7 +191,7 @@ class Display:
             allowGUI=not self._full_screen,
             title="Slipscale",
             units="pix",
-            color=COLOURS["ground"],
+            color=self._colours["ground"],
             colorSpace="rgb255",
             checkTiming=False,  # PsychoPy's measurement of the frame rate takes 0.6 s
             autoLog=False,
@@ -267,7 +276,7 @@ class Display:
                 radius=disc.diameter / 2 * self._unit,
                 edges=64,  # PsychoPy derives its default from the line width, which is 0
                 pos=(disc.x * self._unit, disc.y * self._unit),
-                fillColor=COLOURS[disc.colour],
+                fillColor=self._colours[disc.colour],
                 lineWidth=0,
                 colorSpace="rgb255",
                 autoLog=False,
@@ -285,7 +294,7 @@ class Display:
                 self._window,
                 vertices=outline,
                 pos=(arrow.x * self._unit, arrow.y * self._unit),
-                fillColor=COLOURS[arrow.colour],
+                fillColor=self._colours[arrow.colour],
                 lineWidth=0,
                 colorSpace="rgb255",
                 autoLog=False,
@@ -300,7 +309,7 @@ class Display:
                 width=box.width * unit,
                 height=box.height * unit,
                 pos=(box.x * unit, box.y * unit),
-                fillColor=COLOURS[box.colour],
+                fillColor=self._colours[box.colour],
                 lineWidth=0,
                 colorSpace="rgb255",
                 autoLog=False,
@@ -344,7 +353,7 @@ class Display:
             anchorVert=text.anchor,
             alignText=text.align,
             wrapWidth=text.width * unit,
-            color=COLOURS[text.colour],
+            color=self._colours[text.colour],
             colorSpace="rgb255",
             autoLog=False,
         )

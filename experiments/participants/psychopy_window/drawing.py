@@ -14,6 +14,7 @@ from typing import assert_never
 from slipscale.experiments.participants.psychopy_window.layout import LINE, lay
 from slipscale.experiments.steps.screens.scene import (
     COLOURS,
+    DARK,
     DESIGN_WIDTH,
     FONT,
     Area,
@@ -24,6 +25,7 @@ from slipscale.experiments.steps.screens.scene import (
     Item,
     Scene,
     Text,
+    Theme,
 )
 
 # Distance from the top of a line of Noto Sans to its baseline, relative to the font size.
@@ -37,6 +39,7 @@ def drawn(
     height_px: int,
     name: str,
     keys: Sequence[Sequence[str]] = (),
+    theme: Theme = DARK,
 ) -> str:
     """Return a scene as SVG, in the proportions of a screen of ``width_px`` by ``height_px``.
 
@@ -49,13 +52,13 @@ def drawn(
     """
     unit = min(height_px, width_px / DESIGN_WIDTH)
     parts = "".join(
-        _keyed("".join(_parts(item)), at)
+        _keyed("".join(_parts(item, theme)), at)
         for item, at in zip(scene, chain(keys, repeat(())), strict=False)
     )
     return (
         f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width_px} {height_px}" role="img" '
         f'aria-label="{escape(name)}" font-family="{FONT}, sans-serif">'
-        f'<rect width="{width_px}" height="{height_px}" fill="{_rgb("ground")}"/>'
+        f'<rect width="{width_px}" height="{height_px}" fill="{_rgb("ground", theme)}"/>'
         f'<g transform="translate({width_px / 2:g} {height_px / 2:g}) scale({unit:g})">'
         f"{parts}</g></svg>"
     )
@@ -65,17 +68,17 @@ def _keyed(part: str, keys: Sequence[str]) -> str:
     return f'<g data-text="{escape(keys[0])}">{part}</g>' if keys else part
 
 
-def _parts(item: Item) -> Iterator[str]:
+def _parts(item: Item, theme: Theme) -> Iterator[str]:
     """Yield the SVG elements of an item; y points down in SVG."""
     match item:
         case Text():
-            yield from _letters(item)
+            yield from _letters(item, theme)
         case Box():
-            yield _box(item.x, item.y, item.width, item.height, item.colour)
+            yield _box(item.x, item.y, item.width, item.height, _rgb(item.colour, theme))
         case Disc():
             yield (
                 f'<circle cx="{item.x:.5f}" cy="{-item.y:.5f}" r="{item.diameter / 2:.5f}" '
-                f'fill="{_rgb(item.colour)}"/>'
+                f'fill="{_rgb(item.colour, theme)}"/>'
             )
         case Arrow():
             half = item.size / 2 if item.up else -item.size / 2
@@ -83,14 +86,14 @@ def _parts(item: Item) -> Iterator[str]:
             right = [(stem, half), (stem, 0.0), (head, 0.0), (0.0, -half)]
             outline = [*right, *((-x, y) for x, y in reversed(right[:-1]))]
             points = " ".join(f"{item.x + x:.5f},{y - item.y:.5f}" for x, y in outline)
-            yield f'<polygon points="{points}" fill="{_rgb(item.colour)}"/>'
+            yield f'<polygon points="{points}" fill="{_rgb(item.colour, theme)}"/>'
         case Area():
             pass
         case _:
             assert_never(item)
 
 
-def _letters(text: Text) -> Iterator[str]:
+def _letters(text: Text, theme: Theme) -> Iterator[str]:
     if not text.content.strip():
         return
     laid = lay(text)
@@ -103,18 +106,18 @@ def _letters(text: Text) -> Iterator[str]:
             yield (
                 f'<text x="{left:.5f}" y="{y:.5f}" font-size="{laid.size:.5f}"{weight} '
                 f'textLength="{width:.5f}" lengthAdjust="spacingAndGlyphs" '
-                f'fill="{_rgb(text.colour)}">{escape(line)}</text>'
+                f'fill="{_rgb(text.colour, theme)}">{escape(line)}</text>'
             )
     if text.caret:
-        yield _box(laid.right + 0.012, text.y, 0.006, text.size, "accent")
+        yield _box(laid.right + 0.012, text.y, 0.006, text.size, _rgb("accent", theme))
 
 
-def _box(x: float, y: float, width: float, height: float, colour: Colour) -> str:
+def _box(x: float, y: float, width: float, height: float, fill: str) -> str:
     return (
         f'<rect x="{x - width / 2:.5f}" y="{-y - height / 2:.5f}" width="{width:.5f}" '
-        f'height="{height:.5f}" fill="{_rgb(colour)}"/>'
+        f'height="{height:.5f}" fill="{fill}"/>'
     )
 
 
-def _rgb(colour: Colour) -> str:
-    return "#{:02x}{:02x}{:02x}".format(*COLOURS[colour])
+def _rgb(colour: Colour, theme: Theme) -> str:
+    return "#{:02x}{:02x}{:02x}".format(*COLOURS[theme][colour])

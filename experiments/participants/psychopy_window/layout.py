@@ -17,10 +17,12 @@ from pathlib import Path
 from slipscale.experiments.languages.screen_room import not_drawn
 from slipscale.experiments.steps.screens.scene import (
     COLOURS,
+    DARK,
     Box,
     Colour,
     Scene,
     Text,
+    Theme,
     unbroken,
 )
 from slipscale.faults.message import Message
@@ -53,7 +55,7 @@ class Laid:
     fits: bool
 
 
-def faults(scene: Scene) -> Iterator[str]:
+def faults(scene: Scene, theme: Theme = DARK) -> Iterator[str]:
     """Yield a message for each reason why a text in a scene is not readable."""
     texts = [item for item in scene if isinstance(item, Text) and item.content.strip()]
     strange = {text: reason for text in texts if (reason := not_drawn(text.content))}
@@ -73,7 +75,7 @@ def faults(scene: Scene) -> Iterator[str]:
         if min(across, down) > SHARED:
             yield f"{_named(one.content)} and {_named(other.content)} overlap"
     for text, behind in _backgrounds(scene):
-        if (found := contrast(text.colour, behind)) < LEAST_CONTRAST:
+        if (found := contrast(text.colour, behind, theme)) < LEAST_CONTRAST:
             yield (
                 Message(
                     "{content}: its contrast is {found:.1f} to 1, expected at least "
@@ -100,13 +102,14 @@ def _backgrounds(scene: Scene) -> Iterator[tuple[Text, Colour]]:
             yield item, under[-1] if under else "ground"
 
 
-def contrast(one: Colour, other: Colour) -> float:
+def contrast(one: Colour, other: Colour, theme: Theme = DARK) -> float:
     """Return the contrast between two colours, from 1 to 21, as defined by WCAG 2.2.
 
     >>> round(contrast("text", "ground"), 1)
     12.0
     """
-    bright, dark = sorted((_luminance(COLOURS[one]), _luminance(COLOURS[other])), reverse=True)
+    colours = COLOURS[theme]
+    bright, dark = sorted((_luminance(colours[one]), _luminance(colours[other])), reverse=True)
     return (bright + 0.05) / (dark + 0.05)
 
 

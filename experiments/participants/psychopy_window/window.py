@@ -67,12 +67,18 @@ class PsychoPyWindow:
         screen: int = 0,
         size: tuple[int, int] = (1280, 800),
         precise_times: bool = True,
+        theme: scene.Theme = scene.DARK,
+        progress_line: bool = False,
     ) -> None:
         self._texts = texts
         self._clock = clock
         self._banner = scene.pilot_banner(texts["window.pilot"]) if pilot else ()
+        self._with_line = progress_line
+        self._line: Scene = ()
         self._precise_times = precise_times
-        self.display = Display(clock, full_screen=full_screen, screen=screen, size=size)
+        self.display = Display(
+            clock, full_screen=full_screen, screen=screen, size=size, theme=theme
+        )
         self.finger = self.display.pointer
         self._shown: Scene = ()
         self._pointed = False
@@ -130,6 +136,9 @@ class PsychoPyWindow:
             If the participant pressed Escape and confirmed.
         """
         screen = screen_for(step, self._texts)
+        if self._with_line:
+            trial = step.trial
+            self._line = scene.progress_line((trial.number - 1) / trial.total) if trial else ()
         begun, self.unfinished = self.unfinished, Unfinished()
         screen.offer(begun.entry)
         screen.rejected.extend(begun.rejected)
@@ -216,7 +225,7 @@ class PsychoPyWindow:
         self._shown = shown
         touched = any(isinstance(item, scene.Area) for item in shown)
         self.display.show_pointer(needed=self._pointed or touched)
-        self.display.draw((*shown, *self._banner))
+        self.display.draw((*shown, *self._line, *self._banner))
         return self.display.flip()
 
     def _touched(self, keys: list[Key]) -> Iterator[Key]:

@@ -14,15 +14,26 @@ from dataclasses import dataclass
 from typing import Literal
 
 Colour = Literal["ground", "field", "text", "quiet", "accent"]
+Theme = Literal["dark", "light"]
+DARK: Theme = "dark"
 
-# Dark grey and one accent colour (Okabe and Ito's sky blue, suitable for all types of colour
+# Grey and one accent colour per theme (Okabe and Ito's blues, suitable for all types of colour
 # vision).
-COLOURS: dict[Colour, tuple[int, int, int]] = {
-    "ground": (38, 40, 43),
-    "field": (56, 59, 63),
-    "text": (232, 232, 230),
-    "quiet": (168, 172, 177),
-    "accent": (86, 180, 233),
+COLOURS: dict[Theme, dict[Colour, tuple[int, int, int]]] = {
+    "dark": {
+        "ground": (38, 40, 43),
+        "field": (56, 59, 63),
+        "text": (232, 232, 230),
+        "quiet": (168, 172, 177),
+        "accent": (86, 180, 233),
+    },
+    "light": {
+        "ground": (245, 245, 243),
+        "field": (224, 226, 229),
+        "text": (31, 35, 38),
+        "quiet": (80, 86, 92),
+        "accent": (0, 94, 158),
+    },
 }
 FONT = "Noto Sans"  # included in PsychoPy, so it is available on every platform
 DESIGN_WIDTH = 1.34  # maximum width of a scene, in screen heights; narrower screens scale it down
@@ -212,6 +223,16 @@ def pilot_banner(content: str) -> Scene:
     return (
         Box(x=0, y=y, width=4.0, height=height, colour="accent"),
         Text(content=content, y=y, size=0.03, colour="ground", bold=True),
+    )
+
+
+def progress_line(done: float) -> Scene:
+    """Return a line at the bottom of a screen; ``done`` is the finished proportion, at most 1."""
+    y, height, width = -0.488, 0.008, WIDTH
+    finished = width * min(done, 1.0)
+    return (
+        Box(x=0, y=y, width=width, height=height, colour="field"),
+        Box(x=(finished - width) / 2, y=y, width=finished, height=height, colour="quiet"),
     )
 
 

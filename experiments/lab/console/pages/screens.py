@@ -82,6 +82,7 @@ def screens(view: View) -> dict[str, object]:
                     height_px=height_px,
                     name=t("screens.picture", number=number, title=title),
                     keys=screen.keys,
+                    theme=plans[language].study.screens,
                 ),
                 faults=screen.faults,
                 keys=tuple(dict.fromkeys(key for each in screen.keys for key in each)),

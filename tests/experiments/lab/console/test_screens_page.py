@@ -69,6 +69,15 @@ def test_a_study_that_cannot_be_rehearsed_is_told_in_words(visitor, own_study, m
     assert "mine.toml" in visitor.see("/screens")
 
 
+def test_light_screens_are_drawn_light(visitor, own_study):
+    assert 'fill="#26282b"' in visitor.see("/screens")
+    own_study.write_text(own_study.read_text().replace("seed =", 'screens = "light"\nseed =', 1))
+    visitor.console.state.now(fresh=True)
+    page = visitor.see("/screens")
+    assert 'fill="#f5f5f3"' in page
+    assert 'fill="#26282b"' not in page
+
+
 WELCOME = "/screens?key=session.welcome_title"
 
 

@@ -1,14 +1,16 @@
 """Scenes that cannot be read are found without a window."""
 
+from typing import get_args
+
 import pytest
 
 from slipscale.experiments.languages.texts import load_texts
-from slipscale.experiments.participants.psychopy_window.layout import faults, lay
+from slipscale.experiments.participants.psychopy_window.layout import contrast, faults, lay
 from slipscale.experiments.participants.psychopy_window.screens import screen_for
 from slipscale.experiments.running.study_commands import validate
 from slipscale.experiments.steps.questions.choice import ChoiceQuestion
 from slipscale.experiments.steps.questions.visual_analogue import VisualAnalogueQuestion
-from slipscale.experiments.steps.screens.scene import COLOURS, Box, Text
+from slipscale.experiments.steps.screens.scene import COLOURS, Box, Text, Theme
 from slipscale.experiments.steps.steps import Ask
 from slipscale.experiments.study.file import shipped_studies
 from slipscale.faults import UserError
@@ -41,7 +43,7 @@ def test_answers_that_run_into_each_other_are_named():
 
 
 def test_letters_too_faint_on_what_lies_behind_them_are_named(monkeypatch):
-    monkeypatch.setitem(COLOURS, "quiet", (90, 92, 95))
+    monkeypatch.setitem(COLOURS["dark"], "quiet", (90, 92, 95))
     on_key = Box(x=0, y=0, width=1, height=0.1, colour="accent")
     faint = Text(content="Press", y=0.3, colour="quiet")
     told = list(faults((on_key, Text(content="Clear", y=0.0, colour="ground"), faint)))
@@ -98,3 +100,11 @@ def test_validate_names_what_cannot_be_read_in_any_language(tmp_path, en, fr, la
 @pytest.mark.parametrize("name", shipped_studies())
 def test_every_screen_of_the_shipped_studies_can_be_read(name):
     assert "no fault" in validate(name)
+
+
+@pytest.mark.parametrize("theme", get_args(Theme))
+def test_every_text_of_a_theme_is_dark_or_light_enough_on_both_of_its_grounds(theme):
+    for behind in ("ground", "field"):
+        for letters in ("text", "quiet"):
+            assert contrast(letters, behind, theme) >= 4.5, (letters, behind)
+    assert contrast("accent", "ground", theme) >= 3  # WCAG 2.2, 1.4.11
