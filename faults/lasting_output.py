@@ -3,7 +3,8 @@
 Nothing on the operator's side may stop a session, so output never raises an error. Rules:
 
 - A character that the terminal's encoding lacks is written as ``?``.
-- After a write has failed, later output is discarded, and the command goes on.
+- After a write has failed, later output is discarded, and the command goes on. So is the output to
+  a stream that was closed from the beginning.
 - At the end, `lost` tells why output was lost. A reader that closes a pipe, such as ``head``, has
   what it wanted, so this is no loss.
 """
@@ -13,6 +14,7 @@ from __future__ import annotations
 import os
 import sys
 from io import TextIOWrapper
+from pathlib import Path
 
 
 class LastingOutput:
@@ -57,8 +59,11 @@ class LastingOutput:
 
 
 def last() -> None:
-    """Let the standard streams of this process last; closed streams and replacements stay."""
+    """Let the standard streams of this process last; replacements stay."""
     for name in ("stdout", "stderr"):
         stream = getattr(sys, name)
-        if isinstance(stream, TextIOWrapper):
+        if stream is None:  # closed from the beginning
+            nowhere = Path(os.devnull).open("w", encoding="utf-8")  # noqa: SIM115 - it lasts
+            setattr(sys, name, nowhere)
+        elif isinstance(stream, TextIOWrapper):
             setattr(sys, name, LastingOutput(stream))

@@ -115,7 +115,10 @@ class PlateTimeout(PlateFault):
 
     code = "time_out"
     never_a_level = True
-    remedy = "Check that the board has power, then unplug and replug it."
+    remedy = (
+        "Check that the device has power and that no other program uses it, then unplug and replug "
+        "it."
+    )
 
 
 class GarbledReply(PlateFault):

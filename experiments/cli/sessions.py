@@ -9,6 +9,7 @@ from __future__ import annotations
 import shlex
 import sys
 from argparse import ArgumentParser, Namespace
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -22,7 +23,7 @@ from slipscale.experiments.cli.session_options import (
     named_contact,
 )
 from slipscale.experiments.lab.defaults import Defaults, here, say
-from slipscale.faults import ANSWER_IS_NO, DONE, INTERRUPTED, harmless
+from slipscale.faults import ANSWER_IS_NO, DONE, INTERRUPTED, UserError, harmless
 from slipscale.faults.message import Message
 
 if TYPE_CHECKING:
@@ -176,7 +177,6 @@ def run_resume(args: Namespace) -> int:
         read_plan,
     )
     from slipscale.experiments.running.run_state import check_unfinished
-    from slipscale.faults import UserError
 
     if args.journal is None or args.journal.is_dir():
         raise UserError(_interrupted(args.journal))
@@ -210,10 +210,7 @@ def _interrupted(folder: Path | None) -> str:
     defaults = here()
     places = [folder] if folder else [defaults.data, defaults.pilots, *defaults.pilots.glob("*")]
     found = [
-        path
-        for place in places
-        for path in journals(place)
-        if run_state(path) in ("interrupted", "damaged")
+        path for place in places for path in journals(place) if run_state(path) == "interrupted"
     ]
     start = Message("{folder} is a folder", folder=folder) if folder else "RUN_JOURNAL is missing"
     start += "; expected the journal of an interrupted run"
@@ -232,7 +229,8 @@ def report_end(outcome: str, journal: Path) -> int:
     """Report how a session ended, and return the exit status."""
     if outcome == "complete":
         print(f"complete: {journal}")
-        print(f"next: {_next_command(journal)}")
+        with suppress(UserError, OSError):  # The run is complete, whatever cannot be read.
+            print(f"next: {_next_command(journal)}")
         return DONE
     from slipscale.experiments.running.run_state import how_to_resume
 

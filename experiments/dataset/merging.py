@@ -66,6 +66,8 @@ def merge(one: Path, other: Path, out: Path) -> Merged:
     sources = (one, other)
     for folder in sources:
         _check_source(folder)
+    if any(out.resolve().is_relative_to(source.resolve()) for source in sources):
+        raise UserError("--out {out}: is in a source, which stays unchanged; name another", out=out)
     if out.exists() and (not out.is_dir() or any(out.iterdir())):
         raise UserError("--out {out}: is not an empty folder; name a new folder", out=out)
     chosen = _by_place(one)

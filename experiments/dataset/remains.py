@@ -15,7 +15,12 @@ from slipscale.experiments.dataset.withdrawn import RECORD
 #: The label in the name of a participant's file.
 LABEL = re.compile(r"(?<![A-Za-z0-9])sub-([A-Za-z0-9]+)")
 #: Files whose contents cannot be searched. Compressed tables of a data set are named after people.
-ARCHIVES = re.compile(r"(?<!\.tsv)\.(7z|bundle|bz2|gz|rar|tar|tgz|xz|zip|zst)$", re.IGNORECASE)
+PACKED = (
+    *("7z", "bundle", "bz2", "gz", "rar", "tar", "tgz", "xz", "zip", "zst"),
+    *("docx", "jasp", "mat", "ods", "odt", "omv", "parquet", "pdf", "pkl", "rdata", "rds"),
+    *("sav", "xls", "xlsb", "xlsm", "xlsx", "zsav"),
+)
+ARCHIVES = re.compile(rf"(?<!\.tsv)\.({'|'.join(PACKED)})$", re.IGNORECASE)
 #: Folders of version control, which keep every former state.
 HISTORIES = (".git", ".hg", ".svn", ".datalad")
 

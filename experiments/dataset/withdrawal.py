@@ -133,13 +133,16 @@ def _todo(dataset: Path, participant: str) -> Pending:
 
 
 def _check_whole(dataset: Path) -> None:
-    """Raise `UserError` if the folder is not a data set, but a part of one."""
-    around = next((each for each in dataset.resolve().parents if journals(each)), None)
-    if around and not journals(dataset):
+    """Raise `UserError` if the folder is a part of a data set, or contains data sets."""
+    if journals(dataset) or not dataset.is_dir():
+        return
+    inside = [each for each in sorted(dataset.iterdir()) if each.is_dir()]
+    near = [each for each in (*dataset.resolve().parents, *inside) if journals(each)]
+    if near:
         raise UserError(
-            "{dataset}: is a part of the data set {around}; withdraw the participant from that",
+            "{dataset}: is not a data set; withdraw the participant from {near}",
             dataset=dataset,
-            around=around,
+            near=" or ".join(map(str, near)),
         )
 
 

@@ -121,6 +121,8 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 def run(arguments: Namespace) -> int:
     """Emulate a board or a generator until interrupted."""
+    if arguments.generator and arguments.log:
+        raise UserError("--log: records boards only; a generator prints what it receives")
     if arguments.generator:
         return _serve_generator(arguments.generator)
     try:

@@ -13,6 +13,7 @@ THEMSELVES = {
     "analysis/reconstruction/table/table_files.py",  # shipped tables
     "experiments/cli/sessions.py",  # folders of pilots
     "experiments/dataset/merging.py",  # is the folder empty?
+    "experiments/dataset/remains.py",  # every file may hold a withdrawn person's data
     "experiments/dataset/withdrawal.py",  # hidden drafts and copies are withdrawn, too
     "experiments/lab/console/app.py",  # every file, for the time of the last change
     "experiments/lab/console/page_texts.py",  # shipped catalogues

@@ -45,6 +45,20 @@ def test_a_full_disk_behind_the_output_stops_nothing(tmp_path, stream):
     assert (tmp_path / "done").exists()
 
 
+@pytest.mark.skipif(os.name == "nt", reason="a shell of POSIX closes the stream")
+@pytest.mark.parametrize("closed", ["1", "2"])
+def test_a_stream_that_is_closed_from_the_beginning_stops_nothing(tmp_path, closed):
+    work = "    sys.stdout.flush(); print('a'); print('b', file=sys.stderr, flush=True)"
+    code = f"def work():\n{work}\n    open('done', 'w').close()\n    return 0\n{COMMAND}"
+    done = subprocess.run(
+        ["sh", "-c", f'exec "$0" -c "$1" {closed}>&-', sys.executable, code],
+        cwd=tmp_path,
+        check=False,
+    )
+    assert done.returncode == 0
+    assert (tmp_path / "done").exists()
+
+
 def test_lost_output_is_said_with_a_status():
     with Path("/dev/full").open("w") as full:
         found = subprocess.run(

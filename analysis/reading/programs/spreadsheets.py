@@ -6,6 +6,7 @@ import io
 import re
 import zipfile
 from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from functools import partial
 from itertools import islice
 from pathlib import Path
@@ -24,8 +25,8 @@ from slipscale.faults.message import Message
 
 #: Maximum unpacked size of a workbook.
 LARGEST_WORKBOOK_MB = 300
-#: Maximum number of cells of a sheet, with blank rows counted as one cell.
-MOST_CELLS = 20_000_000
+#: Maximum number of stored cells of a sheet, and Excel's maximum numbers of rows and columns.
+MOST_CELLS, MOST_ROWS, MOST_COLUMNS = 20_000_000, 1_048_576, 16_384
 #: A range of merged cells in the XML of a sheet.
 MERGED = re.compile(rb'<mergeCell [^>]*ref="([A-Z]{1,3}\d{1,7}(?::[A-Z]{1,3}\d{1,7})?)"')
 #: A cell with a formula and no value.
@@ -46,7 +47,6 @@ def read_excel(content: bytes, path: Path, wanted: Wanted) -> pd.DataFrame:
         without values, or if a sheet must be selected.
     """
     import openpyxl
-    from openpyxl.utils.exceptions import InvalidFileException
 
     if path.suffix.lower() != ".xlsx":
         raise UserError(
@@ -55,7 +55,7 @@ def read_excel(content: bytes, path: Path, wanted: Wanted) -> pd.DataFrame:
             path=path,
             format=path.suffix,
         )
-    try:
+    with _as_faults(path):
         archive = zipfile.ZipFile(io.BytesIO(content))
         parts = archive.infolist()
         if sum(part.file_size for part in parts) > LARGEST_WORKBOOK_MB * 2**20:
@@ -70,15 +70,6 @@ def read_excel(content: bytes, path: Path, wanted: Wanted) -> pd.DataFrame:
                 path=path,
             )
         book = openpyxl.load_workbook(io.BytesIO(content), read_only=True, data_only=True)
-    except (
-        *(zipfile.BadZipFile, InvalidFileException, ParseError, KeyError, ValueError, TypeError),
-        *(AttributeError, IndexError, OSError, NotImplementedError, EOFError),
-    ) as error:
-        raise UserError(
-            "{path}: not a readable Excel workbook ({error}); save it as .xlsx or CSV UTF-8",
-            path=path,
-            error=error,
-        ) from None
     some = [found for found in book.worksheets if len([*islice(_rows(found, path), 2)]) > 1]
     sheet = wanted.sheet
     chosen = [found for found in some if sheet is None or found.title == sheet]
@@ -151,6 +142,14 @@ def _fill_merged(cells: dict[int, list[object]], sheet: bytes, path: Path, *, he
         value = cells[top][left] if top in cells and left < len(cells[top]) else None
         for number in range(top + 1, min(bottom, max(cells, default=0)) + 1):
             if number in cells and left < len(cells[number]):
+                if cells[number][left] not in (None, value):
+                    raise UserError(
+                        "{path}: the merged cells {where} hide other values, first in row "
+                        "{number}; split the cells, and state one value per row",
+                        path=path,
+                        where=merged[1].decode(),
+                        number=number,
+                    )
                 cells[number][left] = value
 
 
@@ -186,23 +185,56 @@ def _refuse_formulas(
 def _rows(sheet: Any, path: Path) -> Iterator[tuple[int, tuple[object, ...]]]:
     """Yield the number and the cells of each row with a value, up to the last cell with one.
 
-    The size that a workbook states is not believed: one blank cell in the last row of a sheet makes
-    it a million rows.
+    Only stored cells are visited: a blank cell in the last row of a sheet makes it a million rows.
     """
-    sheet.reset_dimensions()
-    seen = 0
-    for number, row in enumerate(sheet.iter_rows(values_only=True), start=1):
-        seen += 1 + len(row)
-        if seen > MOST_CELLS:
-            raise UserError(
-                "{path}, sheet '{sheet}': more than {most_cells:,} cells; expected a CSV file",
-                path=path,
-                sheet=sheet.title,
-                most_cells=MOST_CELLS,
-            )
-        filled = [at for at, value in enumerate(row) if value is not None and str(value).strip()]
-        if filled:
-            yield number, row[: filled[-1] + 1]
+    from openpyxl.worksheet._reader import WorkSheetParser
+
+    seen, book = 0, sheet.parent
+    with _as_faults(path), sheet._get_source() as source:  # noqa: SLF001 - as openpyxl reads it
+        parser = WorkSheetParser(
+            source,
+            sheet._shared_strings,  # noqa: SLF001
+            data_only=True,
+            epoch=book.epoch,
+            date_formats=book._date_formats,  # noqa: SLF001
+            timedelta_formats=book._timedelta_formats,  # noqa: SLF001
+        )
+        for number, stored in parser.parse():
+            seen += len(stored)
+            widest = max((cell["column"] for cell in stored), default=0)
+            if seen > MOST_CELLS or number > MOST_ROWS or widest > MOST_COLUMNS:
+                raise UserError(
+                    "{path}, sheet '{sheet}': larger than Excel's own sheets, or more than "
+                    "{most_cells:,} cells; expected a CSV file",
+                    path=path,
+                    sheet=sheet.title,
+                    most_cells=MOST_CELLS,
+                )
+            values = {
+                cell["column"]: cell["value"]
+                for cell in stored
+                if cell["value"] is not None and str(cell["value"]).strip()
+            }
+            if values:
+                yield number, tuple(map(values.get, range(1, max(values) + 1)))
+
+
+@contextmanager
+def _as_faults(path: Path) -> Iterator[None]:
+    """Turn the errors of openpyxl and of the parsers below it into a `UserError`."""
+    from openpyxl.utils.exceptions import InvalidFileException
+
+    try:
+        yield
+    except (
+        *(zipfile.BadZipFile, InvalidFileException, ParseError, KeyError, ValueError, TypeError),
+        *(AttributeError, IndexError, OSError, NotImplementedError, EOFError, OverflowError),
+    ) as error:
+        raise UserError(
+            "{path}: not a readable Excel workbook ({error}); save it as .xlsx or CSV UTF-8",
+            path=path,
+            error=error,
+        ) from None
 
 
 def _padded(row: tuple[object, ...], width: int) -> tuple[object, ...]:

@@ -1,6 +1,7 @@
 """Who withdraws leaves nothing but the fact."""
 
 import os
+import re
 import shutil
 import stat
 
@@ -57,6 +58,7 @@ def test_copies_of_other_programs_are_named(dataset):
         dataset / "participants.tsv~",
         dataset / "sourcedata/old.jsonl.bak",
         dataset / "before.zip",
+        dataset / "people.xlsx",
         dataset / ".git",
         dataset / "sub-01 to sub-02",
         dataset / "code/sub-01_and_sub-02.R",
@@ -64,10 +66,11 @@ def test_copies_of_other_programs_are_named(dataset):
     shutil.copy(dataset / "participants.tsv", left[0])
     shutil.copy(journal, left[1])
     left[2].write_bytes(b"PK")
-    left[3].mkdir()
+    left[3].write_bytes(b"PK")
     left[4].mkdir()
-    left[5].parent.mkdir(exist_ok=True)
-    left[5].write_text("plot(1)\n", encoding="utf-8")
+    left[5].mkdir()
+    left[6].parent.mkdir(exist_ok=True)
+    left[6].write_text("plot(1)\n", encoding="utf-8")
     assert sorted(withdraw(dataset, "01").left) == sorted(left)
     assert all(path.exists() for path in left)
 
@@ -94,9 +97,11 @@ def test_a_link_is_removed_and_its_target_named(dataset, tmp_path):
     assert elsewhere.is_dir()
 
 
-def test_a_folder_in_a_data_set_is_refused(dataset):
-    with pytest.raises(UserError, match="sub-01: is a part of the data set"):
-        withdraw(dataset / "sub-01", "01")
+@pytest.mark.parametrize("place", ["sub-01", "sourcedata", ".."])
+def test_a_folder_in_or_around_a_data_set_is_refused(dataset, place):
+    message = f"is not a data set; withdraw the participant from {dataset}"
+    with pytest.raises(UserError, match=re.escape(message)):
+        withdraw((dataset / place).resolve(), "01")
     assert journals(dataset)[0].exists()
 
 

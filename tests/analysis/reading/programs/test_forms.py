@@ -242,3 +242,40 @@ def test_a_column_with_a_reserved_name_is_refused_if_it_is_read(tmp_path, name):
     assert answers(read(tmp_path, "data.csv", text)) == EXPECTED
     with pytest.raises(UserError, match=f"called {name}"):
         load(tmp_path / "data.csv", **GIVEN | {"stimulus": name})
+
+
+@pytest.mark.parametrize(
+    "cell",
+    [
+        '<c r="B2"><v>NaN</v></c>',
+        '<c r="B2" t="s"><v>99999</v></c>',
+        '<c r="ZZZZZZ2"><v>1</v></c>',
+        "<c/>" * 300_000,
+    ],
+    ids=["NaN", "no such text", "no such column", "a row of 300,000 cells"],
+)
+@pytest.mark.parametrize("row", [3, 999_999_999])
+def test_a_sheet_that_excel_cannot_hold_is_refused(tmp_path, cell, row):
+    book = workbook(tmp_path, lambda _: None)
+    changed = tmp_path / "changed.xlsx"
+    with zipfile.ZipFile(book) as old, zipfile.ZipFile(changed, "w") as new:
+        for part in old.namelist():
+            text = old.read(part)
+            if part == "xl/worksheets/sheet1.xml":
+                more = f'<row r="{row}">{cell}</row></sheetData>'.encode()
+                text = text.replace(b"</sheetData>", more)
+            new.writestr(part, text)
+    with pytest.raises(UserError, match=r"not a readable Excel workbook|larger than Excel's own"):
+        load(changed, **GIVEN)
+
+
+def test_merged_cells_that_hide_other_values_are_refused(tmp_path):
+    def hide(sheet):
+        merge(sheet)
+        sheet._cells[(3, 1)] = openpyxl.cell.Cell(sheet, 3, 1, "another")
+
+    book = workbook(tmp_path, hide)
+    with pytest.raises(
+        UserError, match="the merged cells A2:A13 hide other values, first in row 3"
+    ):
+        load(book, **GIVEN)
