@@ -41,6 +41,13 @@ def test_the_new_data_set_holds_the_runs_of_both_and_both_stay(folders):
     assert verify(both) == []
 
 
+@pytest.mark.parametrize("place", [".", "in", "sub-01/in"])
+def test_nothing_is_written_into_a_source(folders, place):
+    one, other, _ = folders(["01"], ["02"])
+    with pytest.raises(UserError, match="is in a source, which stays unchanged"):
+        merge(one, other, other / place)
+
+
 def test_the_same_run_in_both_is_taken_once_and_the_longer(folders):
     one, other, both = folders(["01"], ["02"])
     path = one / journals(other)[0].relative_to(other)
