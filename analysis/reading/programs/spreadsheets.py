@@ -8,7 +8,7 @@ import zipfile
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from functools import partial
-from itertools import islice
+from itertools import islice, pairwise
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -27,6 +27,8 @@ from slipscale.faults.message import Message
 LARGEST_WORKBOOK_MB = 300
 #: Maximum number of stored cells of a sheet, and Excel's maximum numbers of rows and columns.
 MOST_CELLS, MOST_ROWS, MOST_COLUMNS = 20_000_000, 1_048_576, 16_384
+#: The start of a row in the XML of a sheet.
+ROW = re.compile(rb"<row\b")
 #: A range of merged cells in the XML of a sheet.
 MERGED = re.compile(rb'<mergeCell [^>]*ref="([A-Z]{1,3}\d{1,7}(?::[A-Z]{1,3}\d{1,7})?)"')
 #: A cell with a formula and no value.
@@ -190,9 +192,19 @@ def _rows(sheet: Any, path: Path) -> Iterator[tuple[int, tuple[object, ...]]]:
     from openpyxl.worksheet._reader import WorkSheetParser
 
     seen, book = 0, sheet.parent
+    too_large = UserError(
+        "{path}, sheet '{sheet}': larger than Excel's own sheets, or more than {most_cells:,} "
+        "cells; expected a CSV file",
+        path=path,
+        sheet=sheet.title,
+        most_cells=MOST_CELLS,
+    )
     with _as_faults(path), sheet._get_source() as source:  # noqa: SLF001 - as openpyxl reads it
+        text = source.read()
+        if _has_wide_row(text):
+            raise too_large
         parser = WorkSheetParser(
-            source,
+            io.BytesIO(text),
             sheet._shared_strings,  # noqa: SLF001
             data_only=True,
             epoch=book.epoch,
@@ -203,13 +215,7 @@ def _rows(sheet: Any, path: Path) -> Iterator[tuple[int, tuple[object, ...]]]:
             seen += len(stored)
             widest = max((cell["column"] for cell in stored), default=0)
             if seen > MOST_CELLS or number > MOST_ROWS or widest > MOST_COLUMNS:
-                raise UserError(
-                    "{path}, sheet '{sheet}': larger than Excel's own sheets, or more than "
-                    "{most_cells:,} cells; expected a CSV file",
-                    path=path,
-                    sheet=sheet.title,
-                    most_cells=MOST_CELLS,
-                )
+                raise too_large
             values = {
                 cell["column"]: cell["value"]
                 for cell in stored
@@ -217,6 +223,12 @@ def _rows(sheet: Any, path: Path) -> Iterator[tuple[int, tuple[object, ...]]]:
             }
             if values:
                 yield number, tuple(map(values.get, range(1, max(values) + 1)))
+
+
+def _has_wide_row(text: bytes) -> bool:
+    """Return whether a row in the XML of a sheet stores more cells than Excel has columns."""
+    edges = [*(found.start() for found in ROW.finditer(text)), len(text)]
+    return any(text.count(b"<c", *row) > MOST_COLUMNS for row in pairwise(edges))
 
 
 @contextmanager
