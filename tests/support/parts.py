@@ -24,10 +24,11 @@ NO_TESTS = 5  # pytest's status when nothing was selected, as with -k
 
 
 def parts(root: Path) -> list[list[str]]:
-    """Return what each process runs: a folder of tests, and at last the examples in docstrings."""
+    """Return what each process runs: a folder of tests, the files in none, examples at last."""
     folders = sorted(root.glob("tests/*/"))
     tests = [[str(f.relative_to(root))] for f in folders if any(f.rglob("test_*.py"))]
-    return [*tests, ["src/slipscale", "tools/site"]]
+    files = [str(file.relative_to(root)) for file in sorted(root.glob("tests/test_*.py"))]
+    return [*tests, files, ["src/slipscale", "tools/site"]]
 
 
 def counts(report: Path) -> Counter[str]:
@@ -49,7 +50,7 @@ def run_in_parts(root: Path, arguments: list[str]) -> int:
     """Run each part in a process of its own and print the sum as pytest prints its last line."""
     began, status, total = time.monotonic(), 0, Counter[str]()
     with tempfile.TemporaryDirectory() as folder:
-        for index, part in enumerate(parts(root)):
+        for index, part in enumerate(filter(None, parts(root))):
             report = Path(folder, f"{index}.xml")
             options = ["-n", "0", f"--junitxml={report}", *arguments, *part]
             ended = subprocess.run([*COMMAND, *options], cwd=root, check=False).returncode
