@@ -79,7 +79,8 @@ def display():
     # The server outlives the tests and goes when this process does: Xlib ends a process whose
     # server dies first. Keys do not repeat (-r), however late xdotool releases them.
     xvfb = ["Xvfb", "-displayfd", str(writing), "-screen", "0", "1280x800x24", "-r"]
-    xvfb += ["-nolisten", "tcp"]
+    # Without -noreset, it restarts when its last client leaves, and refuses those that come then.
+    xvfb += ["-nolisten", "tcp", "-noreset"]
     server = subprocess.Popen(
         ["setpriv", "--pdeathsig", "TERM", *xvfb],
         pass_fds=[writing],

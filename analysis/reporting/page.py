@@ -105,8 +105,13 @@ def sections(
 
 
 def _first_figure(found: Iterable[html.ReportSection]) -> list[html.Figure]:
-    """Remove the first figure from its section, and return it in a list; empty without figures."""
+    """Remove the first figure from its section, and return it in a list; empty without figures.
+
+    A section that consists of a figure keeps it.
+    """
     for section in found:
+        if len(section.blocks) == 1:
+            continue
         for place, block in enumerate(section.blocks):
             if isinstance(block, html.Figure):
                 del section.blocks[place]

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import io
 import os
+import select
 import sys
 from collections.abc import Callable
 from threading import Thread
@@ -33,10 +34,20 @@ def typed(question: str, alive: Callable[[], object]) -> str:
     except (io.UnsupportedOperation, ValueError):  # Input that is not a file does not block.
         return _whole(sys.stdin.readline().encode())
     read = bytearray()
-    reader = Thread(target=_read_line, args=(descriptor, read), name="typed line", daemon=True)
-    reader.start()
-    while reader.is_alive():
-        reader.join(ALIVE_S)
+    if sys.platform == "win32":  # There, only sockets can be waited for.
+        reader = Thread(target=_read_line, args=(descriptor, read), name="typed line", daemon=True)
+        reader.start()
+        while reader.is_alive():
+            reader.join(ALIVE_S)
+            alive()
+        return _whole(bytes(read))
+    # A thread that still reads while Python ends can crash the process.
+    while not read.endswith(b"\n"):
+        ready, _, _ = select.select([descriptor], [], [], ALIVE_S)
+        byte = os.read(descriptor, 1) if ready else None
+        if byte == b"":
+            break
+        read += byte or b""
         alive()
     return _whole(bytes(read))
 

@@ -10,7 +10,7 @@ from slipscale.analysis.statistics.repeated_measures.pairwise import PairCompari
 from slipscale.analysis.tasks.estimation.statistics import FRIEDMAN, PAIRWISE, RM_ANOVA
 from slipscale.analysis.tasks.kind import Analysis
 from slipscale.analysis.writing.numbers import grouped, joined, significant
-from slipscale.analysis.writing.verdicts import reliable
+from slipscale.analysis.writing.verdicts import DIFFERED, reliable
 from slipscale.stimuli.quantity import capitalised
 
 #: Means of at least this size are written without decimals.
@@ -52,8 +52,8 @@ def plain_answer(analysis: Analysis) -> str:
         scale = f"{write(means[first])} to {write(means[last])}{unit}"
         return capitalised(f"{what} {verb} from {scale} {between}{_steps(analysis)}.")
     return capitalised(
-        f"{what} differed between {quantity.levels}: it was lowest at {quantity.value(low)}, "
-        f"{write(means[low])}, and highest at {quantity.value(high)}, {write(means[high])}{unit}"
+        f"{what} {DIFFERED.past} between {quantity.levels}: it was lowest at "
+        f"{quantity.value(low)}, {write(means[low])}, and highest at {quantity.value(high)}, {write(means[high])}{unit}"
         f"{_steps(analysis)}."
     )
 
@@ -101,7 +101,7 @@ def _steps(analysis: Analysis) -> str:
         if p is not None and not reliable(p, confidence)
     ]
     if not same:
-        return f"; each {quantity.level} differed from the next"
+        return f"; each {quantity.level} {DIFFERED.past} from the next"
     if len(same) > MOST_LISTED:
         return f"; no difference was shown for {len(same)} of {len(neighbours)} steps"
     return "; no difference was shown between " + ", or between ".join(same)

@@ -143,6 +143,6 @@ def test_equal_pairs_reach_the_answer_of_the_report(tmp_path, page):
     found = analyse(path)
     assert exp(abs(log(found.inference.pairwise[0].logs.ratio))) < 1.25
     text = page(found)
-    answer = text[text.index("<b>Answer.</b>") :].split("<figure")[0]
+    answer = text[text.index("<b>Answer.</b>") :].split("<b>Design.</b>")[0]
     assert "Pairs that were equivalent: 1 and 1.1" in answer
     assert "equivalent within the bound" in text
