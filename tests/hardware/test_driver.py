@@ -339,7 +339,8 @@ def test_impossible_limits_are_refused(wrong):
 def test_every_fault_tells_what_to_do_about_it():
     error = PlateTimeout("no answer from /dev/ttyACM0")
     assert str(error) == (
-        "no answer from /dev/ttyACM0. Check that the board has power, then unplug and replug it."
+        "no answer from /dev/ttyACM0. Check that the device has power and that no other program "
+        "uses it, then unplug and replug it."
     )
 
 

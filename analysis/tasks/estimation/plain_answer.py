@@ -53,8 +53,8 @@ def plain_answer(analysis: Analysis) -> str:
         return capitalised(f"{what} {verb} from {scale} {between}{_steps(analysis)}.")
     return capitalised(
         f"{what} {DIFFERED.past} between {quantity.levels}: it was lowest at "
-        f"{quantity.value(low)}, {write(means[low])}, and highest at {quantity.value(high)}, {write(means[high])}{unit}"
-        f"{_steps(analysis)}."
+        f"{quantity.value(low)}, {write(means[low])}, and highest at {quantity.value(high)}, "
+        f"{write(means[high])}{unit}{_steps(analysis)}."
     )
 
 
