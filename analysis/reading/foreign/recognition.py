@@ -47,7 +47,10 @@ def _square(frame: pd.DataFrame) -> Given:
     values = cells.apply(lambda column: as_numbers(column)[1]).to_numpy(float)
     if not np.array_equal(values, values.T, equal_nan=True):
         return {"matrix": "wins"}
-    alike = np.nanmin(values.diagonal()) == np.nanmax(values)
+    known = values.diagonal()[~np.isnan(values.diagonal())]  # often blank in dissimilarities
+    if np.isnan(values).all():
+        return {}
+    alike = known.size > 0 and known.min() == np.nanmax(values)
     return {"matrix": "similarities" if alike else "dissimilarities"}
 
 

@@ -140,3 +140,17 @@ def test_a_table_without_rows_is_described(tmp_path):
     path.write_text("who,level,said\n")
     assert len(described([path]).frame) == 0
     assert pd.DataFrame(described([path]).frame).columns.tolist() == ["who", "level", "said"]
+
+
+@pytest.mark.parametrize(
+    "text, matrix",
+    [
+        ("who,1\n1,\n", None),
+        (",a,b\na,,2\nb,2,\n", "dissimilarities"),
+        (",a,b\na,9,2\nb,2,9\n", "similarities"),
+    ],
+)
+def test_a_square_table_may_have_blank_cells(tmp_path, text, matrix):
+    path = tmp_path / "square.csv"
+    path.write_text(text, encoding="utf-8")
+    assert dict(described([path]).given).get("matrix") == matrix
