@@ -41,6 +41,7 @@ def build_dataset(dataset: Path, gone: Collection[str] = ()) -> list[Problem]:
         path = dataset / name
         if name == GIT_ATTRIBUTES and (lacking := missing_lines(path, str(content))):
             before = path.read_bytes() if path.exists() else b""
+            before += b"\n" if before and not before.endswith(b"\n") else b""
             write_file(path, before + lacking, private=private)
         elif name not in (README, GIT_ATTRIBUTES) or not path.exists():
             write_file(path, content, private=private)

@@ -7,6 +7,7 @@ connection (`GuardedGenerator`), and the session sends its commands through the 
 
 from __future__ import annotations
 
+import re
 import socket
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
@@ -86,6 +87,10 @@ def visa_resource(text: str) -> str:
     return text if "::" in text else f"ASRL{text}::INSTR"
 
 
+#: The number of the first interface of a kind, which may be omitted (but not that of the tenth).
+BOARD_0 = re.compile(r"(?<=[A-Z])0$")
+
+
 def instrument_of(resource: str) -> str:
     """Return one name for all VISA resources that lead to the same instrument.
 
@@ -98,7 +103,7 @@ def instrument_of(resource: str) -> str:
     if interface.upper().startswith("ASRL"):
         port = interface[4:]
         return f"ASRL{Path(port).resolve() if Path(port).exists() else port.upper()}"
-    interface = interface.upper().removesuffix("0")
+    interface = BOARD_0.sub("", interface.upper())
     if interface == "TCPIP" and parts:
         with suppress(OSError):
             parts[0] = socket.gethostbyname(parts[0])

@@ -42,6 +42,8 @@ def test_locked_files_are_read_verified_and_replaced_by_new_ones(annexed):
     assert (dataset / ".gitattributes").read_text().startswith("* annex.backend=MD5E\n*.jsonl")
     (dataset / ".gitattributes").write_text("* annex.backend=MD5E")
     assert [each.file for each in verify(dataset)] == [".gitattributes"]
+    build_dataset(dataset)
+    assert (dataset / ".gitattributes").read_text().startswith("* annex.backend=MD5E\n*.jsonl")
 
 
 def test_a_locked_journal_is_not_resumed_and_the_way_is_named(annexed, capsys):

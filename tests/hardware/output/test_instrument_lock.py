@@ -54,6 +54,7 @@ def test_other_resources_are_other_instruments():
     on_lan = [f"TCPIP::127.0.0.{host}::{port}::SOCKET" for host in (1, 2) for port in (1, 2)]
     names = set(map(instrument_of, [*on_lan, "GPIB::7", "GPIB1::7", "ASRLCOM3", "ASRLCOM4"]))
     assert len(names) == 8
+    assert instrument_of("GPIB1::7") != instrument_of("GPIB10::7")
 
 
 def test_a_second_session_is_refused_with_the_process_and_start_of_the_first(server):
