@@ -17,6 +17,7 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # As the command sets it.
 import numpy as np
 import pandas as pd
 
+from benchmarks import analyse_shares
 from benchmarks.analyse_scale import environment, write_dataset
 from benchmarks.models import FILM, marched, own_assembly, stock_assembly
 from slipscale.analysis.load import load
@@ -57,9 +58,11 @@ plt.errorbar(cells.index, cells["mean"], cells["std"])
 plt.savefig(folder / "figure.svg")
 """
 #: The packages that an analysis of estimates needs.
-IMPORTS = (
-    "import numpy, pandas, pydantic, scipy.stats, statsmodels.regression.mixed_linear_model, "
-    "statsmodels.stats.proportion, matplotlib.figure, matplotlib.backends.backend_svg"
+IMPORTS = "\n".join(
+    f"import {module}"
+    for modules in analyse_shares.IMPORTS.values()
+    for module in modules
+    if not module.startswith("slipscale")
 )
 
 

@@ -6,6 +6,8 @@ from collections.abc import Callable, Sequence
 from importlib.resources import files
 from pathlib import Path
 
+import pandas as pd
+
 from slipscale.analysis.export.french_excel import write_french
 from slipscale.analysis.export.reported_numbers import reported_numbers, settings, task_trials
 from slipscale.analysis.export.spss import write_sav
@@ -116,20 +118,19 @@ def _methods(analysis: Analysis, report: Path) -> list[str]:
     return ["methods.md", "references.bib"]
 
 
-def _french(analysis: Analysis, report: Path) -> list[str]:
-    folder = report.with_name("excel-fr")
-    folder.mkdir(exist_ok=True)
-    for name, table in tables(analysis).items():
-        write_french(table, folder / f"{name}.csv")
-    return [f"{folder.name}/"]
+def _tables_as(
+    write: Callable[[pd.DataFrame, Path], None], ending: str, folder_name: str
+) -> Callable[[Analysis, Path], list[str]]:
+    """Return the function that writes every table into a folder next to the report."""
 
+    def written(analysis: Analysis, report: Path) -> list[str]:
+        folder = report.with_name(folder_name)
+        folder.mkdir(exist_ok=True)
+        for name, table in tables(analysis).items():
+            write(table, folder / f"{name}{ending}")
+        return [f"{folder.name}/"]
 
-def _spss(analysis: Analysis, report: Path) -> list[str]:
-    folder = report.with_name("spss")
-    folder.mkdir(exist_ok=True)
-    for name, table in tables(analysis).items():
-        write_sav(table, folder / f"{name}.sav")
-    return [f"{folder.name}/"]
+    return written
 
 
 #: Format -> function that writes the file next to the report.
@@ -138,6 +139,6 @@ FORMS: dict[str, Callable[[Analysis, Path], list[str]]] = {
     "pdf": _pdf,
     "scripts": _scripts,
     "methods": _methods,
-    "french-excel": _french,
-    "spss": _spss,
+    "french-excel": _tables_as(write_french, ".csv", "excel-fr"),
+    "spss": _tables_as(write_sav, ".sav", "spss"),
 }

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from slipscale.experiments.dataset.rows_from_journal import gather
+from slipscale.experiments.dataset.schema import PRACTICE
 from slipscale.experiments.journal.plan_and_progress import read_usable
 from slipscale.experiments.steps.columns import TrialRecord
 from slipscale.experiments.steps.trial import Value
@@ -54,7 +55,7 @@ def _answered(record: TrialRecord, quantity: Quantity) -> AnsweredTrial:
     return AnsweredTrial(
         task=record.trial.task,
         number=record.trial.number,
-        practice=record.trial.phase == "practice",
+        practice=record.trial.phase == PRACTICE,
         presented=tuple(_shown(surface, quantity) for surface in surfaces if surface),
         answers=tuple(value for value in given if value is not None),
         flags=tuple(record.flags),

@@ -72,7 +72,8 @@ def read_excel(content: bytes, path: Path, wanted: Wanted) -> pd.DataFrame:
                 path=path,
             )
         book = openpyxl.load_workbook(io.BytesIO(content), read_only=True, data_only=True)
-    some = [found for found in book.worksheets if len([*islice(_rows(found, path), 2)]) > 1]
+        texts = {each: archive.read(each._worksheet_path) for each in book.worksheets}  # noqa: SLF001
+    some = [each for each, text in texts.items() if len([*islice(_rows(each, text, path), 2)]) > 1]
     sheet = wanted.sheet
     chosen = [found for found in some if sheet is None or found.title == sheet]
     if len(chosen) != 1:
@@ -90,13 +91,13 @@ def read_excel(content: bytes, path: Path, wanted: Wanted) -> pd.DataFrame:
             expected=expected,
         )
     (table,) = chosen
-    rows = _below_titles(list(_rows(table, path)))
+    sheet_text = texts[table]
+    rows = _below_titles(list(_rows(table, sheet_text, path)))
     if not rows:
         raise UserError("{path}: the file is empty; expected a header line and rows", path=path)
     width = max(len(row) for _, row in rows)
     names = filled(["" if n is None else str(n).strip() for n in _padded(rows[0][1], width)])
     cells = {number: list(_padded(row, width)) for number, row in rows[1:]}
-    sheet_text = archive.read(table._worksheet_path)  # noqa: SLF001 - as openpyxl reads it
     _fill_merged(cells, sheet_text, path, header=rows[0][0])
     _refuse_formulas(cells, sheet_text, path, names, wanted)
     frame = pd.DataFrame(
@@ -184,10 +185,11 @@ def _refuse_formulas(
             )
 
 
-def _rows(sheet: Any, path: Path) -> Iterator[tuple[int, tuple[object, ...]]]:
+def _rows(sheet: Any, text: bytes, path: Path) -> Iterator[tuple[int, tuple[object, ...]]]:
     """Yield the number and the cells of each row with a value, up to the last cell with one.
 
-    Only stored cells are visited: a blank cell in the last row of a sheet makes it a million rows.
+    ``text`` is the XML of the sheet. Only stored cells are visited: a blank cell in the last row of
+    a sheet makes it a million rows.
     """
     from openpyxl.worksheet._reader import WorkSheetParser
 
@@ -199,10 +201,9 @@ def _rows(sheet: Any, path: Path) -> Iterator[tuple[int, tuple[object, ...]]]:
         sheet=sheet.title,
         most_cells=MOST_CELLS,
     )
-    with _as_faults(path), sheet._get_source() as source:  # noqa: SLF001 - as openpyxl reads it
-        text = source.read()
-        if _has_wide_row(text):
-            raise too_large
+    if _has_wide_row(text):
+        raise too_large
+    with _as_faults(path):
         parser = WorkSheetParser(
             io.BytesIO(text),
             sheet._shared_strings,  # noqa: SLF001

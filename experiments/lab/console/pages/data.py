@@ -89,7 +89,7 @@ def data(view: View) -> dict[str, object]:
         "analysing": at_work,
         "steps": analysis.steps() if analysis and at_work else [],
         "results_of": date_of(found.results_ns),
-        "reported": _reported(found.defaults.data),
+        "reported": reported(found.defaults.data),
         "downloadable": found.defaults.data.is_dir(),
         "analysis_failed": failure(analysis),
     }
@@ -165,13 +165,14 @@ def pilot(view: View) -> dict[str, Any]:
         "parts_done": parts_done(found, jobs),
         "pilot_failed": failure(job),
         "listed": [
-            (folder.name, _reported(folder), _people(folder)) for folder in pilots(found.defaults)
+            (folder.name, reported(folder), _people(folder)) for folder in pilots(found.defaults)
         ],
-        "rehearsals_reported": _reported(found.defaults.out(pilot=True)),
+        "rehearsals_reported": reported(found.defaults.out(pilot=True)),
     }
 
 
-def _reported(dataset: Path) -> bool:
+def reported(dataset: Path) -> bool:
+    """Return whether a data set has a report."""
     return (dataset / RESULTS / "report.html").is_file()
 
 

@@ -10,9 +10,9 @@ from pathlib import Path
 from slipscale.experiments.dataset.hand_exclusions import RECORD, Decision, decisions
 from slipscale.experiments.lab.answers import answered_trials
 from slipscale.experiments.lab.blind_summary import summary
-from slipscale.experiments.lab.console.pages.data import Row, curve_plots
+from slipscale.experiments.lab.console.pages.data import Row, curve_plots, reported
 from slipscale.experiments.lab.console.pages.view import View, failure, titles_of
-from slipscale.experiments.lab.console.state import RESULTS, pilots
+from slipscale.experiments.lab.console.state import pilots
 from slipscale.experiments.lab.curves import curves
 from slipscale.experiments.lab.defaults import REHEARSALS
 from slipscale.experiments.lab.roster import Roster, read_roster
@@ -48,7 +48,7 @@ def person(view: View) -> dict[str, object]:
             for visit in visits
             if pilot and quantity and (trials := answered_trials(visit.path, quantity))
         ],
-        "reported": pilot and (dataset / RESULTS / "report.html").is_file(),
+        "reported": pilot and reported(dataset),
         "analysing": bool(analysis and analysis.running),
         "analysis_failed": failure(analysis),
         "titles": titles_of(found, view.t),
